@@ -70,16 +70,16 @@ def print_markdown(rows: list[dict[str, Any]]) -> None:
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for row in rows:
-        coded, estimate = row["bytes"], row["estimate_bytes"]
+        coded_bytes, estimate_bytes = row["bytes"], row["estimate_bytes"]
         ratios = ", ".join(
-            f"{coded[kind] / estimate[kind]:.2f}" if estimate[kind] else "none"
+            f"{coded_bytes[kind] / estimate_bytes[kind]:.2f}" if estimate_bytes[kind] else "none"
             for kind in ("canonical", "motion", "births")
         )
         print(
             f"| {row['capture']} | {row['preset']} | {row['frames']} | {row['gaussians']:,} | "
             f"{row['psnr_first']:.2f} / {row['psnr_mean']:.2f} / {row['psnr_worst']:.2f} | "
             f"{row['ssim_mean']:.4f} | {row['kb_per_frame']:.2f} | "
-            f"{coded['canonical'] / 1024:.0f} | {ratios} | "
+            f"{coded_bytes['canonical'] / 1024:.0f} | {ratios} | "
             f"{row['seconds_canonical']:.0f} | {row['seconds_per_frame']:.1f} |"
         )  # fmt: skip
 

@@ -23,17 +23,17 @@ from typing import Any
 import moving_stream
 from moving_stream import Job, write_moving_stream
 
-SIZES = (20_000, 100_000, 244_000, 1_000_000)
+GAUSSIAN_COUNTS = (20_000, 100_000, 244_000, 1_000_000)
 _FRAMES_BY_SIZE = {1_000_000: 21}
-_COMMAND = "from quarc_ref.cli.app import main; main()"
+_CLI_CODE = "from quarc_ref.cli.app import main; main()"
 
 
 def make_stream(job: Job, cache: Path) -> Path:
     """Return the path of a job's stream, which is generated if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
-    numbers = (*astuple(job)[:5], round(1000 * job.updated_share), *["sparse"] * job.sparse)
+    name_parts = (*astuple(job)[:5], round(1000 * job.updated_share), *["sparse"] * job.sparse)
     source_digest = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
-    path = cache / f"moving-{'-'.join(map(str, numbers))}-{source_digest}.quarc"
+    path = cache / f"moving-{'-'.join(map(str, name_parts))}-{source_digest}.quarc"
     if not path.exists():
         write_moving_stream(path, job)
     return path
@@ -41,7 +41,7 @@ def make_stream(job: Job, cache: Path) -> Path:
 
 def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
     """Return the result of `quarc-ref bench`, run in a separate process."""
-    command = [sys.executable, "-c", _COMMAND, "bench", str(path), "--threads", str(threads)]
+    command = [sys.executable, "-c", _CLI_CODE, "bench", str(path), "--threads", str(threads)]
     process = subprocess.run(
         [*command, "--json", "--quiet"],
         env={**os.environ, "QUARC_REF_ENGINE": engine},
@@ -55,7 +55,7 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
 def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
     """Return a row for each size, each kind of stream (dense, sparse) and 1 and 2 threads."""
     rows = []
-    for size in SIZES:
+    for size in GAUSSIAN_COUNTS:
         for sparse in (False, True):
             job = Job(size, births=births, frames=_FRAMES_BY_SIZE.get(size, 101), sparse=sparse)
             path = make_stream(job, cache)
@@ -104,7 +104,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
     """Plot milliseconds per frame against the number of Gaussians into a PNG file."""
     from quarc_ref.evaluation.plots import plot_decode_speed
 
-    lines = {
+    curves = {
         f"{stream}, {threads} thread{'s' * (threads > 1)}": [
             (row["gaussians"], 1e3 / row["fps"])
             for row in rows
@@ -113,14 +113,14 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
         for threads in sorted({row["threads"] for row in rows})
         for stream in ("dense", "sparse")
     }
-    path.write_bytes(plot_decode_speed(lines))
+    path.write_bytes(plot_decode_speed(curves))
 
 
 def main() -> None:
     """Measure one stream, or streams of all sizes with `--table`, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--births", type=int, default=150)
-    single_options = [
+    single_stream_options = [
         parser.add_argument("--gaussians", type=int, default=244_000),
         parser.add_argument("--anchors-per", type=int, default=4),
         parser.add_argument("--resample", type=int, default=2),
@@ -147,7 +147,7 @@ def main() -> None:
     default_cache = Path(tempfile.gettempdir()) / "quarc-ref-streams"
     parser.add_argument("--cache", type=Path, default=default_cache)
     options = parser.parse_args()
-    for option in single_options:
+    for option in single_stream_options:
         if options.table and getattr(options, option.dest) != option.default:
             parser.error(f"{option.option_strings[0]} cannot be combined with --table")
     if options.table:
@@ -155,8 +155,8 @@ def main() -> None:
         if options.plot:
             plot(rows, options.plot)
     else:
-        numbers = (options.gaussians, options.anchors_per, options.resample, options.births)
-        job = Job(*numbers, options.frames, options.updated, options.sparse)
+        stream_options = (options.gaussians, options.anchors_per, options.resample, options.births)
+        job = Job(*stream_options, options.frames, options.updated, options.sparse)
         path = make_stream(job, options.cache)
         engine = "reference" if options.reference else "fast"
         rows = [measure(path, options.threads, engine)]

@@ -28,9 +28,9 @@ def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
     """Encode a capture, and return a row with the time of each stage in seconds."""
     timer, sink = SteadyTimer(), io.BytesIO()
     encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", timer))
-    frame_count = frames - FIRST_TIMED_FRAME
+    timed_frame_count = frames - FIRST_TIMED_FRAME
     seconds_by_stage = {
-        stage: timer.timer.seconds.get(stage, 0.0) / frame_count for stage in STAGES
+        stage: timer.timer.seconds.get(stage, 0.0) / timed_frame_count for stage in STAGES
     }
     return {
         "capture": folder.resolve().name,
@@ -52,9 +52,15 @@ def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
 
 def format_table(row: dict[str, Any]) -> str:
     """Return a row as a Markdown table."""
-    stages: dict[str, float] = row["seconds_per_frame_by_stage"]
-    seconds = [row["seconds_canonical"], row["seconds_per_frame"], *stages.values()]
-    headers = ["capture", "Gaussians", "seconds for frame 0", "seconds per frame", *stages]
+    seconds_by_stage: dict[str, float] = row["seconds_per_frame_by_stage"]
+    seconds = [row["seconds_canonical"], row["seconds_per_frame"], *seconds_by_stage.values()]
+    headers = [
+        "capture",
+        "Gaussians",
+        "seconds for frame 0",
+        "seconds per frame",
+        *seconds_by_stage,
+    ]
     cells = [row["capture"], f"{row['gaussians']:,}", *(f"{value:.2f}" for value in seconds)]
     lines = (headers, ["---"] * len(headers), cells)
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)

@@ -69,7 +69,7 @@ class Job:
     updated_share: float = 0.0
     sparse: bool = False
 
-    def header(self) -> StreamHeader:
+    def make_header(self) -> StreamHeader:
         """Return the stream header, with the lowest level that allows so many Gaussians."""
         level = min(
             number for number, limits in LEVELS.items() if limits.gaussians >= self.gaussians
@@ -124,7 +124,7 @@ class _Movers:
 def write_moving_stream(path: Path, job: Job) -> None:
     """Write a job's stream; the file becomes visible only when it is complete."""
     with atomic_file(path) as sink:
-        header = job.header()
+        header = job.make_header()
         writer = StreamWriter(sink, wire.build_stream_header(header))
         for kind, payload in _make_chunks(header, job):
             writer.write(kind, payload)
@@ -163,9 +163,9 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
     sizes = rng.uniform(0.01, 0.08, 60)[object_indices]
     clusters = rng.uniform(-2, 2, (3, 60))[:, object_indices] + rng.normal(size=(3, count)) * sizes
     outskirts = directions * np.exp(rng.uniform(np.log(5), np.log(400), count))
-    kinds = np.stack([walls, furniture, clusters, outskirts])
+    points_by_kind = np.stack([walls, furniture, clusters, outskirts])
     kind_indices = rng.choice(4, count, p=[0.38, 0.3, 0.2, 0.12])
-    return kinds[kind_indices, :, np.arange(count)].T
+    return points_by_kind[kind_indices, :, np.arange(count)].T
 
 
 def _make_small_components(count: int, rng: np.random.Generator) -> Int64:
@@ -194,11 +194,13 @@ def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]
     movers = None
     for frame in range(1, job.frames):
         frame_start = engine.begin_frame(state, job.births)
-        levels = [level.positions.astype(np.float64) for level in frame_start.known_anchors.levels]
-        movers = movers or _make_movers(frame_start, levels, rng, sparse=job.sparse)
+        level_positions = [
+            level.positions.astype(np.float64) for level in frame_start.known_anchors.levels
+        ]
+        movers = movers or _make_movers(frame_start, level_positions, rng, sparse=job.sparse)
         symbols = [
             movers.make_symbols(positions, index, 3 * frame + index)
-            for index, positions in enumerate(levels)
+            for index, positions in enumerate(level_positions)
         ]
         movers.advance(rng, header.translation_step)
         state, payload = _make_frame(engine, frame_start, symbols, job, rng)
@@ -217,7 +219,7 @@ def _make_canonical_frame(
 
 
 def _make_movers(
-    state: FrameState, levels: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
+    state: FrameState, level_positions: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
 ) -> _Movers:
     """Return movers with radii that give the intended share of moving anchors or Gaussians."""
     channels = np.arange(state.scene.header.symbol_planes)
@@ -226,14 +228,14 @@ def _make_movers(
     inner_indices = np.flatnonzero(np.abs(state.scene.positions).max(axis=0) < 2 * _UNITS_PER_METER)
     centers = state.scene.positions[:, rng.choice(inner_indices, _MOVER_COUNT)].astype(np.float64)
     if not sparse:
-        anchors = np.concatenate(levels, axis=1)
+        anchors = np.concatenate(level_positions, axis=1)
         radius = _find_radius(
             lambda radius: (
                 _Movers(centers, velocities, (radius,)).make_symbols(anchors, 0, 0) != 0
             ).mean(),
             _NONZERO_SHARE,
         )
-        return _Movers(centers, velocities, (radius,) * len(levels))
+        return _Movers(centers, velocities, (radius,) * len(level_positions))
     # The position of a Gaussian approximates that of the anchor that it follows.
     gaussians = state.scene.positions.astype(np.float64)
     radii = [
@@ -283,12 +285,14 @@ def _make_frame(
         frame_updates = _make_updates(moved_frame, job.updated_share, rng)
         updates = engine.write_updates(moved_frame, frame_updates)
         moved_frame = engine.decode_updates(moved_frame, updates)
-    section = _EMPTY_SECTION
+    births_section = _EMPTY_SECTION
     if births:
-        section = engine.write_births(moved_frame, _make_births(moved_frame, births, rng))
-    state = engine.decode_births(moved_frame, section, births)
+        births_section = engine.write_births(moved_frame, _make_births(moved_frame, births, rng))
+    state = engine.decode_births(moved_frame, births_section, births)
     crc = engine.state_crc(state)
-    chunk = FrameChunk(state.scene.phase, True, births, births, motion, section, crc, updates)
+    chunk = FrameChunk(
+        state.scene.phase, True, births, births, motion, births_section, crc, updates
+    )
     return state, wire.build_frame(chunk)
 
 

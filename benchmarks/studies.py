@@ -56,14 +56,14 @@ def run_missing(
     Raises:
         JobsError: Some jobs failed; all others are complete.
     """
-    last_write = time.monotonic()
+    last_write_time = time.monotonic()
 
     def report_job(name: str, done_count: int, total: int) -> None:
-        nonlocal last_write
+        nonlocal last_write_time
         write_status(f"finished {name}: {done_count} of {total} jobs")
-        if time.monotonic() > last_write + _TABLE_INTERVAL_SECONDS:
+        if time.monotonic() > last_write_time + _TABLE_INTERVAL_SECONDS:
             write_tables()
-            last_write = time.monotonic()
+            last_write_time = time.monotonic()
 
     run_jobs(make_row, jobs, pool, report_job)
 

@@ -44,19 +44,21 @@ class SceneMotion:
     """Moving objects ("movers"), and the distance of each Gaussian to the nearest mover.
 
     Attributes:
-        distance: `[N]` distances of the Gaussians to their nearest movers, in lattice units.
-        nearest_mover: `[N]` indices of the nearest movers.
-        velocity: `[c, movers]` velocities in steps per frame.
+        distances: `[N]` distances of the Gaussians to their nearest movers, in lattice units.
+        nearest_movers: `[N]` indices of the nearest movers.
+        velocities: `[c, movers]` velocities in steps per frame.
     """
 
-    distance: np.ndarray
-    nearest_mover: Int64
-    velocity: np.ndarray
+    distances: np.ndarray
+    nearest_movers: Int64
+    velocities: np.ndarray
 
     def advance(self, rng: np.random.Generator) -> "SceneMotion":
         """Return the motion in the next frame, which has slightly different velocities."""
-        noise = rng.normal(size=self.velocity.shape) * self.velocity.std(axis=1, keepdims=True)
-        return SceneMotion(self.distance, self.nearest_mover, 0.95 * self.velocity + 0.3 * noise)
+        noise = rng.normal(size=self.velocities.shape) * self.velocities.std(axis=1, keepdims=True)
+        return SceneMotion(
+            self.distances, self.nearest_movers, 0.95 * self.velocities + 0.3 * noise
+        )
 
 
 def make_canonical(count: int, rng: np.random.Generator) -> State:
@@ -75,9 +77,9 @@ def make_scene_motion(state: State, rng: np.random.Generator) -> SceneMotion:
     distances = np.stack(
         [np.linalg.norm(positions - center[:, None], axis=0) for center in centers.T]
     )
-    velocity = rng.normal(size=(_HEADER.symbol_planes, _MOVER_COUNT))
-    velocity *= np.where(np.arange(_HEADER.symbol_planes) < 3, 5.0, 1.2)[:, None]
-    return SceneMotion(distances.min(axis=0), distances.argmin(axis=0), velocity)
+    velocities = rng.normal(size=(_HEADER.symbol_planes, _MOVER_COUNT))
+    velocities *= np.where(np.arange(_HEADER.symbol_planes) < 3, 5.0, 1.2)[:, None]
+    return SceneMotion(distances.min(axis=0), distances.argmin(axis=0), velocities)
 
 
 def make_symbols(state: State, motion: SceneMotion, share: float) -> list[Int64]:
@@ -88,7 +90,7 @@ def make_symbols(state: State, motion: SceneMotion, share: float) -> list[Int64]
         motion: Motion of the scene.
         share: Requested share; the result is smaller if even moving all anchors gives less.
     """
-    low, high = 0.0, float(motion.distance.max())
+    low, high = 0.0, float(motion.distances.max())
     for _ in range(12):
         radius = (low + high) / 2
         too_many = compute_nonzero_share(_make_symbols_for_radius(state, motion, radius)) > share
@@ -104,8 +106,8 @@ def compute_nonzero_share(symbols: list[Int64]) -> float:
 def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
     """Return births near random parents."""
 
-    def draw_laplace(rows: int, width: float) -> Int64:
-        return rng.laplace(0, width, (rows, count)).astype(np.int64)
+    def draw_laplace(rows: int, scale: float) -> Int64:
+        return rng.laplace(0, scale, (rows, count)).astype(np.int64)
 
     rotations = np.concatenate(
         [rng.integers(0, 4, (1, count)), draw_laplace(3, 30).clip(-128, 128)]
@@ -156,19 +158,19 @@ def time_regime(state: State, share: float, births: int, repeats: int) -> list[d
         "bytes": size,
     }
     rows: list[dict[str, object]] = []
-    for name, reader in choose_readers().items():
-        with reader:
+    for name, decoder_context in make_decoder_contexts().items():
+        with decoder_context:
             rows.append({"reader": name, **shared_columns, **time_calls(decode, repeats)})
     return rows
 
 
-def choose_readers() -> dict[str, AbstractContextManager[None]]:
+def make_decoder_contexts() -> dict[str, AbstractContextManager[None]]:
     """Return context managers that select an entropy decoder, by its name; fastest first."""
-    readers: dict[str, AbstractContextManager[None]] = {}
+    decoder_contexts: dict[str, AbstractContextManager[None]] = {}
     if HAS_CONSTRICTION:
-        readers["constriction"] = use_bit_decoder(make_fastest_decoder)
-    readers["python"] = use_bit_decoder(PythonBitDecoder)
-    return readers
+        decoder_contexts["constriction"] = use_bit_decoder(make_fastest_decoder)
+    decoder_contexts["python"] = use_bit_decoder(PythonBitDecoder)
+    return decoder_contexts
 
 
 def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
@@ -181,8 +183,8 @@ def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
         start_time, start_cpu = perf_counter(), process_time()
         call()
         times.append((perf_counter() - start_time, process_time() - start_cpu))
-    wall, cpu = zip(*times, strict=True)
-    return {"ms": 1e3 * median(wall), "cpu_ms": 1e3 * median(cpu)}
+    elapsed_times, cpu_times = zip(*times, strict=True)
+    return {"ms": 1e3 * median(elapsed_times), "cpu_ms": 1e3 * median(cpu_times)}
 
 
 def main() -> None:
@@ -217,8 +219,8 @@ def _make_symbols_for_radius(state: State, motion: SceneMotion, radius: float) -
     rng, symbols = np.random.default_rng(2), []
     for level in state.known_anchors.levels:
         gaussian_indices = np.searchsorted(state.scene.ids, level.owners)
-        level_motion = motion.velocity[:, motion.nearest_mover[gaussian_indices]] / 3
-        is_moving = motion.distance[gaussian_indices] < radius
+        level_motion = motion.velocities[:, motion.nearest_movers[gaussian_indices]] / 3
+        is_moving = motion.distances[gaussian_indices] < radius
         noise = rng.normal(size=level_motion.shape) * 0.4
         symbols.append(np.rint((level_motion + noise) * is_moving).astype(np.int64))
     return symbols

@@ -11,7 +11,7 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-_HERE = Path(__file__).parent / "today"
+_FOLDER = Path(__file__).parent / "today"
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ PLOTS = (
 )
 
 
-def draw_plot(plot: Plot, folder: Path = _HERE) -> bytes:
+def draw_plot(plot: Plot, folder: Path = _FOLDER) -> bytes:
     """Return a plot as SVG."""
     with (folder / f"{plot.name}.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
@@ -63,7 +63,7 @@ def draw_plot(plot: Plot, folder: Path = _HERE) -> bytes:
 def main() -> None:
     """Write the SVG of each plot next to its CSV file."""
     for plot in PLOTS:
-        (_HERE / f"{plot.name}.svg").write_bytes(draw_plot(plot))
+        (_FOLDER / f"{plot.name}.svg").write_bytes(draw_plot(plot))
 
 
 if __name__ == "__main__":

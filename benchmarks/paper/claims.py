@@ -56,12 +56,12 @@ def _list_gate_claims(rows: list[Row]) -> Iterator[Claim]:
 
 
 def _list_step_claims(rows: list[Row]) -> Iterator[Claim]:
-    middle = len(rows) // 2
-    default = rows[middle]
-    psnr_gain = max(_get_psnr(row) for row in rows[:middle]) - _get_psnr(default)
+    default_index = len(rows) // 2
+    default = rows[default_index]
+    psnr_gain = max(_get_psnr(row) for row in rows[:default_index]) - _get_psnr(default)
     yield Claim("PSNR gain of a finer step, dB", psnr_gain, _MAX_FINER_STEP_GAIN_DB)
     sizes = [row["bytes"]["motion_kb_per_frame"] for row in rows]
-    size_ratio = sizes[0] / sizes[middle]
+    size_ratio = sizes[0] / sizes[default_index]
     name = "motion bytes, finest step / default step"
     yield Claim(name, size_ratio, _MIN_FINEST_STEP_SIZE_RATIO, is_maximum=False)
     psnr_loss = _get_psnr(default) - _get_psnr(rows[-1])

@@ -46,13 +46,15 @@ class Study:
 
     def load_rows(self) -> dict[str, Row]:
         """Return the completed rows by trial name, each with the trial's changed settings."""
-        base = self.tasks[0].trial.config
-        completed = {}
+        base_config = self.tasks[0].trial.config
+        completed_rows = {}
         for task in self.tasks:
             row = task.load_saved_row(self.fingerprint)
             if row is not None:
-                completed[task.trial.name] = row | {"changes": task.trial.list_changes(base)}
-        return completed
+                completed_rows[task.trial.name] = row | {
+                    "changes": task.trial.list_changes(base_config)
+                }
+        return completed_rows
 
     def write_results(self) -> Path | None:
         """Write tables, plots and a page of the completed rows; return its path, or None."""
@@ -68,9 +70,9 @@ def run_study(study: Study, pool: WorkerPool) -> None:
     Raises:
         JobsError: Some trials failed; all others are complete.
     """
-    completed = study.load_rows()
-    missing_tasks = [task for task in study.tasks if task.trial.name not in completed]
-    write_status(f"{len(completed)} of {len(study.tasks)} rows already exist")
+    completed_rows = study.load_rows()
+    missing_tasks = [task for task in study.tasks if task.trial.name not in completed_rows]
+    write_status(f"{len(completed_rows)} of {len(study.tasks)} rows already exist")
     jobs = [Job(task.trial.name, task) for task in missing_tasks]
     run_missing(make_row, jobs, pool, study.write_results)
 
@@ -100,11 +102,13 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
 
 def write_scenes(studies: Sequence[Study], out: Path) -> str:
     """Write the tables of several captures, and return them as Markdown."""
-    scenes = {(study.folder.parent.name, study.folder.name): study.load_rows() for study in studies}
+    rows_by_scene = {
+        (study.folder.parent.name, study.folder.name): study.load_rows() for study in studies
+    }
     experiments = studies[0].experiments
-    text = format_scenes(experiments, scenes)
+    text = format_scenes(experiments, rows_by_scene)
     write_atomically(out / "scenes.md", text.encode())
-    write_atomically(out / "scenes.csv", format_scenes_csv(experiments, scenes))
+    write_atomically(out / "scenes.csv", format_scenes_csv(experiments, rows_by_scene))
     return text
 
 
@@ -122,8 +126,8 @@ def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
     """
     options = CaptureOptions(arguments.downscale, tuple(arguments.held_out))
     capture = open_capture(folder, options)
-    base = _make_base_config(arguments, capture)
-    experiments = list_experiments(base, arguments.only)
+    base_config = _make_base_config(arguments, capture)
+    experiments = list_experiments(base_config, arguments.only)
     frames = capture.require_frames(arguments.frames)
     tasks = [
         Task(

@@ -17,7 +17,7 @@ _GAUSSIANS_PER_ANCHOR = (2, 4, 16, 24)
 _RESAMPLE_INTERVALS = (1, 2, 4)
 _REBINDING_INTERVAL = 4
 _ROTATION_COMPONENTS = (3, 4)
-_FULL_NAME = "full"
+_FULL_METHOD = "full"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,23 +56,27 @@ class Experiment:
     remark: str = ""
 
 
-def list_experiments(base: EncoderConfig, only: Sequence[str] = ()) -> list[Experiment]:
+def list_experiments(base_config: EncoderConfig, only: Sequence[str] = ()) -> list[Experiment]:
     """Return the experiments; their trials change settings of the full method.
 
     Args:
-        base: Settings of the full method, with steps in world units.
+        base_config: Settings of the full method, with steps in world units.
         only: Names of the experiments to return besides the full method; empty for all.
 
     Raises:
         ValueError: An experiment does not exist.
     """
-    unknown = sorted(set(only) - set(EXPERIMENTS))
-    if unknown:
-        message = f"unknown experiments: {', '.join(unknown)}; choose from {', '.join(EXPERIMENTS)}"
+    unknown_names = sorted(set(only) - set(EXPERIMENTS))
+    if unknown_names:
+        message = (
+            f"unknown experiments: {', '.join(unknown_names)}; choose from {', '.join(EXPERIMENTS)}"
+        )
         raise ValueError(message)
-    requested = {_FULL_NAME, *only} if only else set(EXPERIMENTS)
+    requested = {_FULL_METHOD, *only} if only else set(EXPERIMENTS)
     return [
-        make_experiment(base) for name, make_experiment in EXPERIMENTS.items() if name in requested
+        make_experiment(base_config)
+        for name, make_experiment in EXPERIMENTS.items()
+        if name in requested
     ]
 
 
@@ -84,19 +88,24 @@ def list_trials(experiments: Sequence[Experiment]) -> list[Trial]:
     return list(trials.values())
 
 
-def _make_full_experiment(base: EncoderConfig) -> Experiment:
+def _make_full_experiment(base_config: EncoderConfig) -> Experiment:
     return Experiment(
-        _FULL_NAME, "Full method", "", (Point("full method", None, _make_full_trial(base)),)
+        _FULL_METHOD,
+        "Full method",
+        "",
+        (Point("full method", None, _make_full_trial(base_config)),),
     )
 
 
-def _make_quantization_experiment(base: EncoderConfig) -> Experiment:
+def _make_quantization_experiment(base_config: EncoderConfig) -> Experiment:
     points = (
-        Point("full method", None, _make_full_trial(base)),
+        Point("full method", None, _make_full_trial(base_config)),
         Point(
-            "motion and births in floats", None, _make_trial(base, "float-motion", base, "motion")
+            "motion and births in floats",
+            None,
+            _make_trial(base_config, "float-motion", base_config, "motion"),
         ),
-        Point("all in floats", None, _make_trial(base, "float", base, "all")),
+        Point("all in floats", None, _make_trial(base_config, "float", base_config, "all")),
     )
     remark = (
         "Floats take 4 bytes per number, without coding. All three trials use the same seed and "
@@ -105,17 +114,19 @@ def _make_quantization_experiment(base: EncoderConfig) -> Experiment:
     return Experiment("quantization", "Quantization", "", points, remark)
 
 
-def _make_gate_experiment(base: EncoderConfig) -> Experiment:
+def _make_gate_experiment(base_config: EncoderConfig) -> Experiment:
     remark = (
         "Apart from the gate, both trials use the paper's births: the Gaussians with the largest "
         "screen-space gradients are cloned and trained for 100 iterations, and as many Gaussians "
         "die as are born."
     )
-    return Experiment("gate", "Change gate", "", _make_gate_pair(base, 1), remark)
+    return Experiment("gate", "Change gate", "", _make_gate_points(base_config, 1), remark)
 
 
-def _make_gradient_experiment(base: EncoderConfig) -> Experiment:
-    points = [point for factor in GRADIENT_FACTORS for point in _make_gate_pair(base, factor)]
+def _make_gradient_experiment(base_config: EncoderConfig) -> Experiment:
+    points = [
+        point for factor in GRADIENT_FACTORS for point in _make_gate_points(base_config, factor)
+    ]
     axis = "minimum screen-space gradient of parents, relative to the paper's"
     remark = (
         "The paper's births, with and without the change gate. The paper chose its minimum "
@@ -125,36 +136,38 @@ def _make_gradient_experiment(base: EncoderConfig) -> Experiment:
     return Experiment("gradient", "Change gate and minimum gradient", axis, tuple(points), remark)
 
 
-def _make_gate_pair(base: EncoderConfig, factor: int) -> tuple[Point, Point]:
+def _make_gate_points(base_config: EncoderConfig, factor: int) -> tuple[Point, Point]:
     """Return trials with and without the gate, at a multiple of the paper's minimum gradient."""
     threshold = BirthSettings().grad_threshold * factor
     label_suffix, name_suffix = (
         (f", minimum gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
     )
-    with_gate = replace(base, births=BirthSettings(grad_threshold=threshold))
-    without_gate = replace(base, births=BirthSettings(grad_threshold=threshold, gate_views=0))
+    gate_config = replace(base_config, births=BirthSettings(grad_threshold=threshold))
+    no_gate_config = replace(
+        base_config, births=BirthSettings(grad_threshold=threshold, gate_views=0)
+    )
     return (
         Point(
             f"change gate{label_suffix}",
             factor,
-            _make_trial(base, f"gate{name_suffix}", with_gate),
+            _make_trial(base_config, f"gate{name_suffix}", gate_config),
             "change gate",
         ),
         Point(
             f"no gate{label_suffix}",
             factor,
-            _make_trial(base, f"gate-open{name_suffix}", without_gate),
+            _make_trial(base_config, f"gate-open{name_suffix}", no_gate_config),
             "no gate",
         ),
     )
 
 
-def _make_step_experiment(base: EncoderConfig) -> Experiment:
+def _make_step_experiment(base_config: EncoderConfig) -> Experiment:
     points = [
         Point(
             f"step x {factor:g}",
             factor,
-            _make_trial(base, f"step-{factor:g}", _change_step(base, factor)),
+            _make_trial(base_config, f"step-{factor:g}", _change_step(base_config, factor)),
         )
         for factor in STEP_FACTORS
     ]
@@ -166,19 +179,19 @@ def _make_step_experiment(base: EncoderConfig) -> Experiment:
     return Experiment("step", "Quantization step", axis, tuple(points), remark)
 
 
-def _make_rebinding_experiment(base: EncoderConfig) -> Experiment:
-    slow_resampling_config = _change_stream(base, "resample_interval", _REBINDING_INTERVAL)
+def _make_rebinding_experiment(base_config: EncoderConfig) -> Experiment:
+    slow_resampling_config = _change_stream(base_config, "resample_interval", _REBINDING_INTERVAL)
     rebinding_trial = Trial("rebind", "rebind", slow_resampling_config, "all", rebinds=True)
     points = (
         Point(
             "anchors sampled and Gaussians bound in every frame",
             None,
-            _make_frequent_resampling_trial(base),
+            _make_frequent_resampling_trial(base_config),
         ),
         Point(
             "anchors sampled every 4 frames, binding kept",
             None,
-            _make_trial(base, "keep", slow_resampling_config, "all"),
+            _make_trial(base_config, "keep", slow_resampling_config, "all"),
         ),
         Point(
             "anchors sampled every 4 frames, Gaussians bound in every frame", None, rebinding_trial
@@ -193,22 +206,26 @@ def _make_rebinding_experiment(base: EncoderConfig) -> Experiment:
     return Experiment("rebinding", "Rebinding", "", points, remark)
 
 
-def _make_frequent_resampling_trial(base: EncoderConfig) -> Trial:
-    config = _change_stream(base, "resample_interval", 1)
-    return _make_trial(base, "float" if config == base else "float-resample-1", config, "all")
+def _make_frequent_resampling_trial(base_config: EncoderConfig) -> Trial:
+    config = _change_stream(base_config, "resample_interval", 1)
+    return _make_trial(
+        base_config, "float" if config == base_config else "float-resample-1", config, "all"
+    )
 
 
-def _make_sweep(
+def _define_sweep(
     name: str, title: str, setting: str, values: Sequence[int], axis: str
 ) -> Callable[[EncoderConfig], Experiment]:
     """Return a function that makes an experiment comparing several values of a setting."""
 
-    def make_experiment(base: EncoderConfig) -> Experiment:
+    def make_experiment(base_config: EncoderConfig) -> Experiment:
         points = [
             Point(
                 f"{axis}: {value}",
                 value,
-                _make_trial(base, f"{name}-{value}", _change_stream(base, setting, value)),
+                _make_trial(
+                    base_config, f"{name}-{value}", _change_stream(base_config, setting, value)
+                ),
             )
             for value in values
         ]
@@ -217,66 +234,68 @@ def _make_sweep(
     return make_experiment
 
 
-def _make_full_trial(base: EncoderConfig) -> Trial:
-    return Trial(_FULL_NAME, _FULL_NAME, base)
+def _make_full_trial(base_config: EncoderConfig) -> Trial:
+    return Trial(_FULL_METHOD, _FULL_METHOD, base_config)
 
 
 def _make_trial(
-    base: EncoderConfig, name: str, config: EncoderConfig, floats: FloatParts = ""
+    base_config: EncoderConfig, name: str, config: EncoderConfig, floats: FloatParts = ""
 ) -> Trial:
     """Return a trial, or that of the full method if nothing differs from it."""
-    if config == base and not floats:
-        return _make_full_trial(base)
+    if config == base_config and not floats:
+        return _make_full_trial(base_config)
     return Trial(name, name.replace("-", " "), config, floats)
 
 
-def _change_stream(base: EncoderConfig, setting: str, value: int) -> EncoderConfig:
+def _change_stream(base_config: EncoderConfig, setting: str, value: int) -> EncoderConfig:
     changes: dict[str, Any] = {setting: value}
-    return replace(base, stream=replace(base.stream, **changes))
+    return replace(base_config, stream=replace(base_config.stream, **changes))
 
 
-def _change_step(base: EncoderConfig, factor: float) -> EncoderConfig:
+def _change_step(base_config: EncoderConfig, factor: float) -> EncoderConfig:
     """Return the settings with the translation step multiplied by a factor.
 
     The lattice becomes finer so that it can represent finer steps. All other steps, and the
     learning rates in world units, do not change.
     """
     if factor == 1:
-        return base
-    motion = replace(base.motion, translation_lr=base.motion.translation_lr / factor)
-    doublings = min(_LATTICE_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base.stream.lattice_exponent)
-    step_in_units = base.stream.translation_step * factor * 2**doublings
+        return base_config
+    motion = replace(base_config.motion, translation_lr=base_config.motion.translation_lr / factor)
+    doublings = min(
+        _LATTICE_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base_config.stream.lattice_exponent
+    )
+    step_in_units = base_config.stream.translation_step * factor * 2**doublings
     stream = replace(
-        base.stream,
-        lattice_exponent=base.stream.lattice_exponent + doublings,
-        position_step=base.stream.position_step << doublings,
+        base_config.stream,
+        lattice_exponent=base_config.stream.lattice_exponent + doublings,
+        position_step=base_config.stream.position_step << doublings,
         translation_step=max(1, round(step_in_units)),
     )
-    return replace(base, motion=motion, stream=stream)
+    return replace(base_config, motion=motion, stream=stream)
 
 
 EXPERIMENTS: dict[str, Callable[[EncoderConfig], Experiment]] = {
-    _FULL_NAME: _make_full_experiment,
+    _FULL_METHOD: _make_full_experiment,
     "quantization": _make_quantization_experiment,
     "gate": _make_gate_experiment,
     "gradient": _make_gradient_experiment,
     "step": _make_step_experiment,
-    "levels": _make_sweep("levels", "Anchor levels", "level_count", _LEVELS, "anchor levels"),
-    "anchors": _make_sweep(
+    "levels": _define_sweep("levels", "Anchor levels", "level_count", _LEVELS, "anchor levels"),
+    "anchors": _define_sweep(
         "anchors",
         "Gaussians per anchor",
         "gaussians_per_anchor",
         _GAUSSIANS_PER_ANCHOR,
         "Gaussians per anchor",
     ),
-    "resample": _make_sweep(
+    "resample": _define_sweep(
         "resample",
         "Resampling",
         "resample_interval",
         _RESAMPLE_INTERVALS,
         "resampling interval in frames",
     ),
-    "rotation": _make_sweep(
+    "rotation": _define_sweep(
         "rotation",
         "Symbols per rotation",
         "rotation_components",

@@ -34,7 +34,7 @@ def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
     }
     estimates = {
         "canonical": estimate_gaussians(_make_gaussians(scene)) if is_canonical else 0.0,
-        "motion": 0.0 if is_canonical else estimate_floats(state.symbols),
+        "motion": 0.0 if is_canonical else estimate_float_bytes(state.symbols),
         **dict.fromkeys(("snapshots", "updates"), 0.0),
         "births": 0.0 if births is None else estimate_births(births),
     }
@@ -44,7 +44,7 @@ def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
     )  # fmt: skip
 
 
-def estimate_floats(levels: tuple[np.ndarray, ...]) -> float:
+def estimate_float_bytes(levels: tuple[np.ndarray, ...]) -> float:
     """Return the paper's size estimate in bytes for unrounded residuals `[c, a]` of each level."""
     return estimate_bits(np.concatenate(levels, axis=1).astype(np.float32)) / 8
 

@@ -12,7 +12,7 @@ from rate.claims import Claim
 from studies import Row
 
 _TEMPLATE = Path(__file__).with_name("page.html")
-_HOLDS_TEXT = {True: "yes", False: "<b>no</b>", None: "not measured"}
+_HOLDS_TEXTS = {True: "yes", False: "<b>no</b>", None: "not measured"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,18 +39,18 @@ def compose_page(title: str, sections: Sequence[Section], claims: Sequence[Claim
         claims: Claims of the paper, with the measured values.
     """
     rows = list({row["name"]: row for section in sections for row in section.rows}.values())
-    fields = {
+    page_fields = {
         "title": html.escape(title),
-        "subtitle": html.escape(_describe(rows[0])),
+        "subtitle": html.escape(_describe_protocol(rows[0])),
         "claims": _compose_claims(claims),
         "sections": "".join(_compose_section(section) for section in sections if section.rows),
         "stages": format_stages(rows),
         "protocol": format_lines(rows[0]["protocol"]),
     }
-    return fill_page(_TEMPLATE.read_text("utf-8"), fields)
+    return fill_page(_TEMPLATE.read_text("utf-8"), page_fields)
 
 
-def _describe(row: Row) -> str:
+def _describe_protocol(row: Row) -> str:
     protocol = row["protocol"]
     held_out = ", ".join(protocol["cameras"]["held_out"])
     return (
@@ -81,7 +81,12 @@ def _compose_claims(claims: Sequence[Claim]) -> str:
     lines = ["<tr><th>claim</th><th>measured</th><th>limit</th><th>holds</th></tr>"]
     for claim in claims:
         claim_json = claim.as_json()
-        number = "" if claim.value is None else f"{claim.value:.3f}"
-        cells = (html.escape(claim.name), number, claim_json["asked"], _HOLDS_TEXT[claim.holds])
+        value_text = "" if claim.value is None else f"{claim.value:.3f}"
+        cells = (
+            html.escape(claim.name),
+            value_text,
+            claim_json["asked"],
+            _HOLDS_TEXTS[claim.holds],
+        )
         lines.append("<tr>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
     return f"<table>{''.join(lines)}</table>"

@@ -49,70 +49,80 @@ def write_results(
         for section in sections
         if section.rows
     ]
-    files = {
+    data_by_name = {
         "paper.csv": format_csv(named_rows),
         "paper.md": "\n".join([format_claims({capture: claims}), *tables]).encode(),
         **{name: png for section in sections for name, png in section.plots.items()},
         "index.html": compose_page(title, sections, claims),
     }
-    for name, data in files.items():
+    for name, data in data_by_name.items():
         write_atomically(folder / name, data)
     return folder / "index.html"
 
 
 def _make_section(experiment: Experiment, rows: Rows) -> Section:
-    completed = [
+    completed_points = [
         (point, rows[point.trial.name] | {"label": point.label, "title": experiment.title})
         for point in experiment.points
         if point.trial.name in rows
     ]
-    plots = {f"{experiment.name}.png": _plot_experiment(experiment, completed)} if completed else {}
-    return Section(experiment, [row for _, row in completed], plots)
+    plots = (
+        {f"{experiment.name}.png": _plot_experiment(experiment, completed_points)}
+        if completed_points
+        else {}
+    )
+    return Section(experiment, [row for _, row in completed_points], plots)
 
 
-def _plot_experiment(experiment: Experiment, completed: Sequence[tuple[Point, Row]]) -> bytes:
+def _plot_experiment(
+    experiment: Experiment, completed_points: Sequence[tuple[Point, Row]]
+) -> bytes:
     """Return the plot of an experiment against its axis, or against frames if it has no axis."""
-    if experiment.axis and len(completed) > 1:
+    if experiment.axis and len(completed_points) > 1:
         panels = {
             "PSNR on held-out cameras (dB)": _make_axis_curves(
-                completed, lambda row: row["quality"]["psnr"]
+                completed_points, lambda row: row["quality"]["psnr"]
             ),
-            "KB per frame": _make_axis_curves(completed, lambda row: row["bytes"]["kb_per_frame"]),
+            "KB per frame": _make_axis_curves(
+                completed_points, lambda row: row["bytes"]["kb_per_frame"]
+            ),
         }
         if experiment.name == "gradient":
             panels["births per frame"] = _make_axis_curves(
-                completed, lambda row: fmean(row["births"][1:])
+                completed_points, lambda row: fmean(row["births"][1:])
             )
         return plot_curves(panels, experiment.axis, is_log2=experiment.name in _LOG2_EXPERIMENTS)
     panels = {
         "PSNR on held-out cameras (dB)": _make_frame_curves(
-            completed, lambda row: row["per_frame"]["psnr"]
+            completed_points, lambda row: row["per_frame"]["psnr"]
         )
     }
     if experiment.name in {"full", "gate"}:
-        panels["births up to the frame"] = _make_frame_curves(completed, _accumulate_births)
-        panels["Gaussians"] = _make_frame_curves(completed, lambda row: row["gaussians"])
+        panels["births up to the frame"] = _make_frame_curves(completed_points, _accumulate_births)
+        panels["Gaussians"] = _make_frame_curves(completed_points, lambda row: row["gaussians"])
     return plot_curves(panels, "frame")
 
 
 def _make_axis_curves(
-    completed: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
+    completed_points: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
 ) -> dict[str, Curve]:
     """Return a curve for each series, plotted against the axis of the experiment."""
     curves = {}
-    for series in dict.fromkeys(point.series for point, _ in completed):
-        points = [(point.x, get_value(row)) for point, row in completed if point.series == series]
+    for series in dict.fromkeys(point.series for point, _ in completed_points):
+        points = [
+            (point.x, get_value(row)) for point, row in completed_points if point.series == series
+        ]
         curves[series] = Curve(*(list(numbers) for numbers in zip(*points, strict=True)))
     return curves
 
 
 def _make_frame_curves(
-    completed: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
+    completed_points: Sequence[tuple[Point, Row]], get_value: Callable[[Row], Any]
 ) -> dict[str, Curve]:
     curves = {}
-    for point, row in completed:
-        numbers = get_value(row)
-        curves[point.label] = Curve(list(range(len(numbers))), list(numbers))
+    for point, row in completed_points:
+        values = get_value(row)
+        curves[point.label] = Curve(list(range(len(values))), list(values))
     return curves
 
 

@@ -69,8 +69,14 @@ class Task:
     def make_canonical_trainer(self, fingerprint: str) -> CanonicalCache:
         """Return the object that trains frame 0."""
         trial = self.trial
-        is_rounded = trial.floats != "all"
-        inputs = [fingerprint, asdict(self.options), trial.config.seed, self.device, is_rounded]
+        rounds_canonical = trial.floats != "all"
+        inputs = [
+            fingerprint,
+            asdict(self.options),
+            trial.config.seed,
+            self.device,
+            rounds_canonical,
+        ]
         return CanonicalCache(self.folder / "canonical", inputs)
 
     def compute_key(self, fingerprint: str) -> str:
@@ -124,10 +130,10 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
     context = open_training_context(capture, task.device, task.trial.config.seed, timer)
 
     def encode_frames() -> Iterator[tuple[int, Splats]]:
-        encoding = encode_unquantized(
+        float_frames = encode_unquantized(
             capture, task.trial, task.frames, context, canonical_trainer.train
         )
-        for float_frame in encoding:
+        for float_frame in float_frames:
             frames.append(summarize_floats(float_frame, task.trial))
             yield float_frame.state.scene.frame, dequantize(float_frame.state.scene)
             timer.skip()
@@ -193,17 +199,19 @@ def _summarize_sizes(frames: tuple[FrameSummary, ...], total_bytes: int) -> Row:
     """Return sizes in KB by kind, of the canonical frame and per later frame; also total bytes."""
     later_frames = [frame for frame in frames if not frame.canonical]
     frame_count = max(len(later_frames), 1)
-    sums = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}
-    estimates = {kind: sum(frame.estimate_bytes[kind] for frame in frames) for kind in KINDS}
+    bytes_by_kind = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}
+    estimates_by_kind = {
+        kind: sum(frame.estimate_bytes[kind] for frame in frames) for kind in KINDS
+    }
     later_bytes = sum(frame.chunk_bytes for frame in later_frames)
     return {
         "total": total_bytes,
-        "canonical_kb": sums["canonical"] / KILOBYTE,
-        "motion_kb_per_frame": sums["motion"] / frame_count / KILOBYTE,
-        "births_kb_per_frame": sums["births"] / frame_count / KILOBYTE,
-        "overhead_kb": (total_bytes - sum(sums.values())) / KILOBYTE,
+        "canonical_kb": bytes_by_kind["canonical"] / KILOBYTE,
+        "motion_kb_per_frame": bytes_by_kind["motion"] / frame_count / KILOBYTE,
+        "births_kb_per_frame": bytes_by_kind["births"] / frame_count / KILOBYTE,
+        "overhead_kb": (total_bytes - sum(bytes_by_kind.values())) / KILOBYTE,
         "kb_per_frame": later_bytes / frame_count / KILOBYTE,
-        "canonical_estimate_kb": estimates["canonical"] / KILOBYTE,
-        "motion_estimate_kb_per_frame": estimates["motion"] / frame_count / KILOBYTE,
-        "births_estimate_kb_per_frame": estimates["births"] / frame_count / KILOBYTE,
+        "canonical_estimate_kb": estimates_by_kind["canonical"] / KILOBYTE,
+        "motion_estimate_kb_per_frame": estimates_by_kind["motion"] / frame_count / KILOBYTE,
+        "births_estimate_kb_per_frame": estimates_by_kind["births"] / frame_count / KILOBYTE,
     }

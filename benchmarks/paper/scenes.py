@@ -12,7 +12,7 @@ from rate.tables import format_csv, format_table
 from studies import Row
 
 AMORTIZED_FRAMES = 300  # number of frames over which the paper amortizes frame 0
-_MEAN = "mean"
+_MEAN_LABEL = "mean"
 
 # Heading, value and format of each column.
 _COLUMNS = (
@@ -76,10 +76,10 @@ def _list_lines(
             for name, row in trial_rows.items():
                 yield [name, *_format_means([row])]
         if trial_rows:
-            missing = len(group_rows) - len(trial_rows)
-            label = _MEAN if len(experiment.points) == 1 else point.label
+            missing_count = len(group_rows) - len(trial_rows)
+            label = _MEAN_LABEL if len(experiment.points) == 1 else point.label
             yield [
-                label + (f" ({missing} missing)" if missing else ""),
+                label + (f" ({missing_count} missing)" if missing_count else ""),
                 *_format_means(trial_rows.values()),
             ]
 

@@ -55,7 +55,7 @@ def choose_columns(rows: Iterable[Row]) -> list[Column]:
 
 def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
     """Return CSV with a line for each row, which has its experiment and all its values."""
-    lines = [{"experiment": experiment, **flatten(row)} for experiment, row in rows]
+    lines = [{"experiment": experiment, **flatten_row(row)} for experiment, row in rows]
     names = list(dict.fromkeys(name for line in lines for name in line))
     text = io.StringIO()
     writer = csv.DictWriter(text, names, lineterminator="\n")
@@ -64,20 +64,18 @@ def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
     return text.getvalue().encode()
 
 
-def flatten(row: Row) -> dict[str, Any]:
+def flatten_row(row: Row) -> dict[str, Any]:
     """Return the values of a row by name, without values per frame but with their means."""
-    numbers = {
-        name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")
-    }
+    values = {name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")}
     for group in ("quality", "bytes", "seconds"):
-        numbers |= {f"{group}_{name}": value for name, value in row[group].items()}
-    numbers["births_per_frame"] = fmean(row["births"][1:] or [0])
-    numbers["deaths_per_frame"] = fmean(row["deaths"][1:] or [0])
-    numbers |= {"gaussians": row["gaussians"][-1], "anchors": row["anchors"], "seed": row["seed"]}
-    numbers["renderer"] = row["renderer"]["training"]
-    numbers |= {f"metric_{name}": text for name, text in row["protocol"]["metrics"].items()}
-    numbers["changes"] = " ".join(f"{name}={value}" for name, value in row["changes"].items())
-    return numbers
+        values |= {f"{group}_{name}": value for name, value in row[group].items()}
+    values["births_per_frame"] = fmean(row["births"][1:] or [0])
+    values["deaths_per_frame"] = fmean(row["deaths"][1:] or [0])
+    values |= {"gaussians": row["gaussians"][-1], "anchors": row["anchors"], "seed": row["seed"]}
+    values["renderer"] = row["renderer"]["training"]
+    values |= {f"metric_{name}": text for name, text in row["protocol"]["metrics"].items()}
+    values["changes"] = " ".join(f"{name}={value}" for name, value in row["changes"].items())
+    return values
 
 
 def format_html(rows: Sequence[Row]) -> str:

@@ -31,9 +31,9 @@ class Trial:
     floats: FloatParts = ""
     rebinds: bool = False
 
-    def list_changes(self, base: EncoderConfig) -> dict[str, str]:
-        """Return the settings of the trial that differ from `base`."""
-        settings, base_settings = dict(list_settings(self.config)), dict(list_settings(base))
+    def list_changes(self, base_config: EncoderConfig) -> dict[str, str]:
+        """Return the settings of the trial that differ from `base_config`."""
+        settings, base_settings = dict(list_settings(self.config)), dict(list_settings(base_config))
         return {
             name: f"{value}" for name, value in settings.items() if base_settings[name] != value
         }

@@ -107,7 +107,7 @@ def encode_unquantized(
             config,
             ByteCost(
                 rd.scale_relative(config.births.rd_lambda) / moved_frame.scene.count,
-                partial(_count_bytes, moved_frame.birth_counts),
+                partial(_count_birth_bytes, moved_frame.birth_counts),
             ),
         )
         state = moved_frame if births is None else append_births(moved_frame, births)
@@ -116,8 +116,8 @@ def encode_unquantized(
         yield FloatFrame(state, deaths)
 
 
-def _count_bytes(counts: ContextCounts, births: Births) -> int:
-    return write_births(births, counts).byte_count()
+def _count_birth_bytes(birth_counts: ContextCounts, births: Births) -> int:
+    return write_births(births, birth_counts).byte_count()
 
 
 def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
@@ -171,10 +171,10 @@ def _rotate(frame_start: State, residuals: NDArray[np.float64]) -> NDArray[np.in
     """Return rotations `[4, N]` in Q22, multiplied by the identity plus residuals `[c - 3, N]`."""
     splats = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
     zero_translation = torch.zeros_like(splats.means)
-    deformed = deform(
+    rotated_splats = deform(
         splats, zero_translation, torch.from_numpy(residuals.T), frame_start.scene.header
     )
-    quaternions = torch.nn.functional.normalize(deformed.rotations.double(), dim=1)
+    quaternions = torch.nn.functional.normalize(rotated_splats.rotations.double(), dim=1)
     rotations: NDArray[np.int32] = np.rint(quaternions.numpy().T * ROTATION_ONE).astype(np.int32)
     return rotations
 
@@ -212,9 +212,9 @@ def _make_canonical_state(
     with without_rounding() if trial.floats == "all" else nullcontext():
         objective = CanonicalObjective(config.canonical, header, choose_lambda(config, []))
         attributes = train(context, capture.points, objective)
-    representable = drop_unrepresentable(attributes, header)
-    fine_header = refine_header(header, float(representable.means.abs().max()))
-    gaussians = quantize_gaussians(representable, fine_header)
+    representable_attributes = drop_unrepresentable(attributes, header)
+    fine_header = refine_header(header, float(representable_attributes.means.abs().max()))
+    gaussians = quantize_gaussians(representable_attributes, fine_header)
     _, _, sorted_gaussians = sort_canonical(gaussians)
     state = begin_canonical(fine_header, 0, sorted_gaussians)
     if config.canonical.exposure_lr:

@@ -96,20 +96,25 @@ def list_canonical_claims(
         other: Size in bytes and PSNR in dB of the file in the other format; None if unavailable.
         bound: Maximum ratio of the two sizes (canonical frame / other file).
     """
-    ratio, gain = (canonical_bytes / other[0], psnr - other[1]) if other else (None, None)
+    size_ratio, psnr_gain = (canonical_bytes / other[0], psnr - other[1]) if other else (None, None)
     return [
-        Claim(f"bytes of the canonical frame / {name} file", ratio, bound),
-        Claim(f"PSNR of frame 0 minus that of {name}, dB", gain, 0.0, is_maximum=False),
+        Claim(f"bytes of the canonical frame / {name} file", size_ratio, bound),
+        Claim(f"PSNR of frame 0 minus that of {name}, dB", psnr_gain, 0.0, is_maximum=False),
     ]
 
 
 def list_paper_claims(
-    summary: StreamSummary, psnr: Sequence[float], paper: StreamSummary, paper_psnr: Sequence[float]
+    summary: StreamSummary,
+    psnr: Sequence[float],
+    paper_summary: StreamSummary,
+    paper_psnr: Sequence[float],
 ) -> list[Claim]:
     """Return the claims that compare a stream with the paper's estimate for preset `paper`."""
     motion = mean([frame.coded_bytes["motion"] for frame in list_inter_frames(summary)])
-    paper_motion = mean([frame.estimate_bytes["motion"] for frame in list_inter_frames(paper)])
-    total_ratio = divide(amortize_file(summary), amortize_estimate(paper))
+    paper_motion = mean(
+        [frame.estimate_bytes["motion"] for frame in list_inter_frames(paper_summary)]
+    )
+    total_ratio = divide(amortize_file(summary), amortize_estimate(paper_summary))
     return [
         Claim(
             f"bytes per frame over {AMORTIZED_FRAMES} frames / paper's estimate", total_ratio, 0.25
@@ -129,11 +134,13 @@ def list_fourdgs_claims(
         first_bytes: Size of a `4dgs` file of the first frame; None if the package is missing.
         total_bytes: Size of a `4dgs` file of all frames; None if the package is missing.
     """
-    total_ratio, amortized_ratio, later_count = None, None, len(list_inter_frames(summary))
-    if later_count and first_bytes is not None and total_bytes is not None:
+    total_ratio, amortized_ratio, later_frame_count = None, None, len(list_inter_frames(summary))
+    if later_frame_count and first_bytes is not None and total_bytes is not None:
         total_ratio = divide(summary.total_bytes, total_bytes)
-        amortized_other = amortize(first_bytes, [(total_bytes - first_bytes) / later_count])
-        amortized_ratio = divide(amortize_file(summary), amortized_other)
+        amortized_fourdgs_bytes = amortize(
+            first_bytes, [(total_bytes - first_bytes) / later_frame_count]
+        )
+        amortized_ratio = divide(amortize_file(summary), amortized_fourdgs_bytes)
     return [
         Claim("bytes of the stream / fourdgs file", total_ratio, 0.1),
         Claim(

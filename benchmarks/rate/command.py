@@ -14,7 +14,7 @@ from rate.claims import (
     list_motion_claims,
     list_paper_claims,
 )
-from rate.jobs import BUILT_IN, Job, trace_capture_if_missing
+from rate.jobs import BUILT_IN_CAPTURE, Job, trace_capture_if_missing
 from rate.measure import MeasuredStream, measure
 from rate.results import Results, write_files
 from rate.rows import (
@@ -27,7 +27,7 @@ from rate.rows import (
 )
 from rate.sweep import make_hull_claim, measure_sweep
 
-PAPER = "paper"
+PAPER_PRESET = "paper"
 _DESCRIPTION = (
     "Compare the size of streams with the paper's estimate, compressors and other splat formats."
 )
@@ -36,21 +36,25 @@ _MAX_STILL_SIZE_RATIOS = {"spz": 0.8, "sog": 1.0}
 
 def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
     """Measure a capture, and add its rows and claims to the results."""
-    measured = measure(job, folder)
-    own_rows = list_own_rows(measured)
+    stream = measure(job, folder)
+    own_rows = list_own_rows(stream)
     still_rows = {
-        format_name: make_still_row(measured, format_name, folder) for format_name in STILL_FORMATS
+        format_name: make_still_row(stream, format_name, folder) for format_name in STILL_FORMATS
     }
-    fourdgs = list_fourdgs_rows(measured)
-    results.add(measured, [*own_rows, *list_generic_rows(measured), *still_rows.values(), *fourdgs])
-    claims = list_motion_claims(measured.summary)
+    fourdgs_rows = list_fourdgs_rows(stream)
+    results.add(
+        stream, [*own_rows, *list_generic_rows(stream), *still_rows.values(), *fourdgs_rows]
+    )
+    claims = list_motion_claims(stream.summary)
     for format_name, row in still_rows.items():
-        claims += _list_still_claims(measured, row, _MAX_STILL_SIZE_RATIOS[format_name])
+        claims += _list_still_claims(stream, row, _MAX_STILL_SIZE_RATIOS[format_name])
     if with_paper:
-        paper = measure(replace(job, preset=PAPER, changes=()), folder)
-        results.add(paper, list_own_rows(paper))
-        claims += list_paper_claims(measured.summary, measured.psnr, paper.summary, paper.psnr)
-    claims += list_fourdgs_claims(measured.summary, fourdgs[0].canonical, fourdgs[0].total)
+        paper_stream = measure(replace(job, preset=PAPER_PRESET, changes=()), folder)
+        results.add(paper_stream, list_own_rows(paper_stream))
+        claims += list_paper_claims(
+            stream.summary, stream.psnr, paper_stream.summary, paper_stream.psnr
+        )
+    claims += list_fourdgs_claims(stream.summary, fourdgs_rows[0].canonical, fourdgs_rows[0].total)
     results.claims[own_rows[0].capture] = claims
 
 
@@ -69,9 +73,9 @@ def main() -> None:
             points = measure_sweep(
                 replace(job, frames=arguments.sweep_frames or job.frames), folder
             )
-            title = capture.resolve().name
-            results.points[title] = points
-            results.claims[title].append(make_hull_claim(points))
+            capture_name = capture.resolve().name
+            results.points[capture_name] = points
+            results.claims[capture_name].append(make_hull_claim(points))
         write_files(results, folder)
     if arguments.json:
         print(json.dumps(results.as_json(folder), indent=2))
@@ -86,7 +90,7 @@ def _parse_arguments() -> argparse.Namespace:
         "captures",
         nargs="+",
         metavar="CAPTURE",
-        help=f"folder of a capture, or {BUILT_IN} for the built-in one",
+        help=f"folder of a capture, or {BUILT_IN_CAPTURE} for the built-in one",
     )
     add(
         "--streams",
@@ -104,9 +108,9 @@ def _parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _list_still_claims(measured: MeasuredStream, row: Row, bound: float) -> list[Claim]:
+def _list_still_claims(stream: MeasuredStream, row: Row, bound: float) -> list[Claim]:
     other = None
     if row.canonical is not None and row.psnr_first is not None:
         other = (row.canonical, row.psnr_first)
-    canonical_bytes = measured.summary.frames[0].coded_bytes["canonical"]
-    return list_canonical_claims(canonical_bytes, measured.psnr[0], row.coder, other, bound)
+    canonical_bytes = stream.summary.frames[0].coded_bytes["canonical"]
+    return list_canonical_claims(canonical_bytes, stream.psnr[0], row.coder, other, bound)

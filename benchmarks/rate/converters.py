@@ -49,7 +49,7 @@ def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedSc
     Raises:
         UnavailableError: The program cannot be installed, or fails.
     """
-    program = install(folder / "node")
+    program = install_splat_transform(folder / "node")
     with TemporaryDirectory(dir=folder) as temporary_folder:
         source_path, encoded_path, decoded_path = (
             Path(temporary_folder, f"scene.{suffix}") for suffix in ("ply", format_name, "back.ply")
@@ -62,7 +62,7 @@ def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedSc
         return ConvertedScene(len(data), label, parse_ply(decoded_path.read_bytes()))
 
 
-def install(folder: Path) -> Path:
+def install_splat_transform(folder: Path) -> Path:
     """Return the path of splat-transform; if it is missing, install it with npm into `folder`.
 
     Raises:

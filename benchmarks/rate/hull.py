@@ -45,8 +45,8 @@ def measure_gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
         if lower.kilobytes <= point.kilobytes <= upper.kilobytes:
             hull_psnr = lower.psnr + _slope(lower, upper) * (point.kilobytes - lower.kilobytes)
             return max(0.0, hull_psnr - point.psnr)
-    nearest = hull[-1] if point.kilobytes > hull[-1].kilobytes else hull[0]
-    return max(0.0, nearest.psnr - point.psnr)
+    nearest_point = hull[-1] if point.kilobytes > hull[-1].kilobytes else hull[0]
+    return max(0.0, nearest_point.psnr - point.psnr)
 
 
 def _slope(start: Point, end: Point) -> float:

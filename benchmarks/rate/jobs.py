@@ -16,7 +16,7 @@ from quarc_ref.format.errors import ResumeError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from studies import write_status
 
-BUILT_IN = "synth"
+BUILT_IN_CAPTURE = "synth"
 _MAX_NAME_LENGTH = 180
 _DIGEST_LENGTH = 12
 _SETTING_PATTERN = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
@@ -47,21 +47,21 @@ class Job:
 
         A long name is shortened and ends in a digest, because file systems allow at most 255 bytes.
         """
-        parts = [self.capture.resolve().name, self.preset]
-        parts += [f"{name}={value}" for name, value in self.changes]
+        name_parts = [self.capture.resolve().name, self.preset]
+        name_parts += [f"{name}={value}" for name, value in self.changes]
         if self.frames is not None:
-            parts.append(f"frames={self.frames}")
+            name_parts.append(f"frames={self.frames}")
         if self.downscale != 1:
-            parts.append(f"downscale={self.downscale}")
+            name_parts.append(f"downscale={self.downscale}")
         if self.held_out:
-            parts.append(f"without={'+'.join(self.held_out)}")
-        name = ".".join(parts)
+            name_parts.append(f"without={'+'.join(self.held_out)}")
+        name = ".".join(name_parts)
         if len(name) > _MAX_NAME_LENGTH:
             digest = hashlib.sha256(name.encode()).hexdigest()[:_DIGEST_LENGTH]
             name = f"{name[: _MAX_NAME_LENGTH - _DIGEST_LENGTH - 1]}-{digest}"
         return f"{name}.quarc"
 
-    def config(self) -> EncoderConfig:
+    def make_config(self) -> EncoderConfig:
         """Return the settings of the encoder.
 
         Raises:
@@ -75,15 +75,17 @@ class Job:
 
 def trace_capture_if_missing(name: str, folder: Path) -> Path:
     """Return the folder of a capture; ray-trace the built-in capture first if it is missing."""
-    if name != BUILT_IN or Path(name).is_dir():
+    if name != BUILT_IN_CAPTURE or Path(name).is_dir():
         return Path(name)
-    target = folder / BUILT_IN
-    if not target.is_dir():
+    capture_folder = folder / BUILT_IN_CAPTURE
+    if not capture_folder.is_dir():
         with TerminalProgress(quiet=False) as progress:
             write_synthetic_capture(
-                target, SynthOptions(), lambda done, total: progress.advance("synth", done, total)
+                capture_folder,
+                SynthOptions(),
+                lambda done, total: progress.advance("synth", done, total),
             )
-    return target
+    return capture_folder
 
 
 def encode_if_missing(job: Job, folder: Path) -> bytes:
@@ -98,7 +100,7 @@ def encode_if_missing(job: Job, folder: Path) -> bytes:
         capture = open_capture(job.capture, CaptureOptions(job.downscale, job.held_out))
         partial_path = path.with_name(path.name + ".part")
         with TerminalProgress(quiet=False) as progress:
-            options = EncodeOptions(job.config(), job.frames, progress=progress)
+            options = EncodeOptions(job.make_config(), job.frames, progress=progress)
             try:
                 encode_file(capture, partial_path, options)
             except ResumeError as error:
@@ -119,7 +121,7 @@ def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
         return []
     stored_settings = dict(_SETTING_PATTERN.findall(metadata["settings"]))
     defaults = dict(list_settings(EncoderConfig()))
-    requested_settings = {name: str(value) for name, value in list_settings(job.config())}
+    requested_settings = {name: str(value) for name, value in list_settings(job.make_config())}
     return sorted(
         name
         for name, value in requested_settings.items()

@@ -26,7 +26,7 @@ _SH_C0 = 0.28209479177387814
 
 
 @dataclass(frozen=True, slots=True)
-class Sizes:
+class FileSizes:
     """Sizes of the `4dgs` files of a stream's frames in bytes.
 
     Attributes:
@@ -40,7 +40,7 @@ class Sizes:
     total: int
 
 
-def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
+def measure_file_sizes(scenes: Iterable[Scene]) -> list[FileSizes]:
     """Return the sizes of `4dgs` files for several settings of the writer, smallest first.
 
     Args:
@@ -49,26 +49,28 @@ def count_bytes(scenes: Iterable[Scene]) -> list[Sizes]:
     Raises:
         ImportError: `fourdgs` or `zstandard` is not installed.
     """
-    import zstandard  # noqa: F401, the codec of `fewest_options` requires it
+    import zstandard  # noqa: F401, the codec of `smallest_options` requires it
     from fourdgs.keyframe_delta_file import write_sequence
     from fourdgs.keyframe_delta_writer import KeyframeDeltaOptions
     from fourdgs.serialization import CODEC_ZSTD
 
     samples = list(_make_samples(scenes))
     frame_seconds = samples[1].t0 if len(samples) > 1 else 1.0
-    fewest_options = {
+    smallest_options = {
         "kd": KeyframeDeltaOptions(keyframe_every=len(samples)),
         "codec": CODEC_ZSTD,
         "level": 19,
         "write_index": False,
     }
 
-    def count_file_bytes(frames: list[Any], options: dict[str, Any]) -> int:
+    def measure_file_size(frames: list[Any], options: dict[str, Any]) -> int:
         return len(write_sequence(frames, frame_seconds * len(frames), **options))
 
     return [
-        Sizes(settings, count_file_bytes(samples[:1], options), count_file_bytes(samples, options))
-        for settings, options in ((SMALLEST_SETTINGS, fewest_options), (DEFAULT_SETTINGS, {}))
+        FileSizes(
+            settings, measure_file_size(samples[:1], options), measure_file_size(samples, options)
+        )
+        for settings, options in ((SMALLEST_SETTINGS, smallest_options), (DEFAULT_SETTINGS, {}))
     ]
 
 

@@ -55,16 +55,16 @@ def measure(job: Job, folder: Path) -> MeasuredStream:
     return MeasuredStream(job, data, summary, psnr, differences)
 
 
-def measure_first_frame_psnr(splats: Splats, measured: MeasuredStream) -> float:
+def measure_first_frame_psnr(splats: Splats, stream: MeasuredStream) -> float:
     """Return the mean PSNR of a scene on the held-out pictures of frame 0, in dB."""
-    capture = open_same_capture(measured.summary, measured.job.capture)
-    first_ordinal = measured.summary.frames[0].frame
-    numbers = []
+    capture = open_same_capture(stream.summary, stream.job.capture)
+    first_ordinal = stream.summary.frames[0].frame
+    view_psnr = []
     for index in capture.held_out:
-        picture = np.clip(render_picture(splats, measured.summary.cameras[index]), 0, 1)
+        picture = np.clip(render_picture(splats, stream.summary.cameras[index]), 0, 1)
         truth = capture.image(index, first_ordinal).astype(np.float32) / np.float32(255)
-        numbers.append(measure_psnr(picture, truth))
-    return fmean(numbers)
+        view_psnr.append(measure_psnr(picture, truth))
+    return fmean(view_psnr)
 
 
 def _load_or_measure_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:

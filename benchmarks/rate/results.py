@@ -36,11 +36,11 @@ class Results:
     claims: dict[str, list[Claim]] = field(default_factory=dict)
     points: dict[str, list[Point]] = field(default_factory=dict)
 
-    def add(self, measured: MeasuredStream, rows: list[Row]) -> None:
+    def add(self, stream: MeasuredStream, rows: list[Row]) -> None:
         """Add the rows of a stream."""
         self.rows.extend(rows)
         self.later_frame_counts[rows[0].capture, rows[0].preset] = len(
-            list_inter_frames(measured.summary)
+            list_inter_frames(stream.summary)
         )
 
     def format_markdown(self) -> str:

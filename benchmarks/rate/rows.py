@@ -52,28 +52,28 @@ class Row:
     remark: str = ""
 
 
-def list_own_rows(measured: MeasuredStream) -> list[Row]:
+def list_own_rows(stream: MeasuredStream) -> list[Row]:
     """Return the rows of the stream itself and of the estimate for its symbols."""
-    blank_row = _make_blank_row(measured)
-    coded_bytes, psnr = measured.summary.coded_bytes(), measured.psnr
-    estimate: dict[str, Any] = {
-        kind: sum(frame.estimate_bytes[kind] for frame in measured.summary.frames) for kind in KINDS
+    blank_row = _make_blank_row(stream)
+    coded_bytes, psnr = stream.summary.coded_bytes(), stream.psnr
+    estimate_bytes: dict[str, Any] = {
+        kind: sum(frame.estimate_bytes[kind] for frame in stream.summary.frames) for kind in KINDS
     }
     remark = (
-        f"encoded with other values of {', '.join(measured.differences)}"
-        if measured.differences
+        f"encoded with other values of {', '.join(stream.differences)}"
+        if stream.differences
         else ""
     )
     file_bytes: dict[str, Any] = {kind: coded_bytes[kind] for kind in KINDS}
     file_row = replace(blank_row, coder=FILE, **file_bytes, remark=remark)
     file_row = replace(file_row, rest=coded_bytes["overhead"], total=coded_bytes["total"])
     file_row = replace(file_row, psnr_first=psnr[0], psnr_mean=fmean(psnr))
-    return [file_row, _add_total(replace(blank_row, coder=ESTIMATE, **estimate))]
+    return [file_row, _add_total(replace(blank_row, coder=ESTIMATE, **estimate_bytes))]
 
 
-def list_generic_rows(measured: MeasuredStream) -> list[Row]:
+def list_generic_rows(stream: MeasuredStream) -> list[Row]:
     """Return the rows of general-purpose compressors and raw floats for the same symbols."""
-    frames, blank_row = list(read_symbols(measured.data)), _make_blank_row(measured)
+    frames, blank_row = list(read_symbols(stream.data)), _make_blank_row(stream)
     rows = []
     for name, compress in COMPRESSORS.items():
         try:
@@ -82,29 +82,32 @@ def list_generic_rows(measured: MeasuredStream) -> list[Row]:
             rows.append(replace(blank_row, coder=name, remark=_describe_error(error)))
         else:
             rows.append(_add_total(replace(blank_row, coder=name, **sizes)))
-    floats: dict[str, Any] = sum_float_bytes(frames)
-    return [*rows, _add_total(replace(blank_row, coder=FLOATS, **floats))]
+    float_bytes: dict[str, Any] = sum_float_bytes(frames)
+    return [*rows, _add_total(replace(blank_row, coder=FLOATS, **float_bytes))]
 
 
-def make_still_row(measured: MeasuredStream, format_name: str, folder: Path) -> Row:
+def make_still_row(stream: MeasuredStream, format_name: str, folder: Path) -> Row:
     """Return the row of frame 0 converted to another format."""
-    blank_row = replace(_make_blank_row(measured), coder=STILL_FORMATS[format_name])
-    splats = dequantize(next(decode(measured.data)))
+    blank_row = replace(_make_blank_row(stream), coder=STILL_FORMATS[format_name])
+    splats = dequantize(next(decode(stream.data)))
     try:
-        converted = convert_scene(splats, format_name, folder)
+        converted_scene = convert_scene(splats, format_name, folder)
     except UnavailableError as error:
         return replace(blank_row, remark=_describe_error(error))
-    psnr = measure_first_frame_psnr(converted.splats, measured)
+    psnr = measure_first_frame_psnr(converted_scene.splats, stream)
     return replace(
-        blank_row, coder=converted.label, canonical=converted.byte_count, psnr_first=psnr
+        blank_row,
+        coder=converted_scene.label,
+        canonical=converted_scene.byte_count,
+        psnr_first=psnr,
     )
 
 
-def list_fourdgs_rows(measured: MeasuredStream) -> list[Row]:
+def list_fourdgs_rows(stream: MeasuredStream) -> list[Row]:
     """Return the rows of `4dgs` files of the decoded frames, smallest first."""
-    blank_row = replace(_make_blank_row(measured), coder=FOURDGS)
+    blank_row = replace(_make_blank_row(stream), coder=FOURDGS)
     try:
-        sizes = keyframe_deltas.count_bytes(decode(measured.data))
+        sizes = keyframe_deltas.measure_file_sizes(decode(stream.data))
     except ImportError as error:
         return [replace(blank_row, remark=_describe_error(error))]
     return [
@@ -121,8 +124,8 @@ def list_fourdgs_rows(measured: MeasuredStream) -> list[Row]:
     ]
 
 
-def _make_blank_row(measured: MeasuredStream) -> Row:
-    return Row(measured.job.capture.resolve().name, measured.job.preset, "")
+def _make_blank_row(stream: MeasuredStream) -> Row:
+    return Row(stream.job.capture.resolve().name, stream.job.preset, "")
 
 
 def _add_total(row: Row) -> Row:

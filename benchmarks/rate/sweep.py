@@ -65,15 +65,13 @@ def measure_sweep(job: Job, folder: Path) -> list[Point]:
     """Return the rate and quality of each variation; the default settings come first."""
     options = CaptureOptions(job.downscale, job.held_out)
     capture = open_capture(job.capture, options)
-    job = replace(job, changes=(*job.changes, *list_adapted_steps(job.config(), capture)))
-    canonical_inputs = [capture.fingerprint, asdict(options), job.config().seed]
+    job = replace(job, changes=(*job.changes, *list_adapted_steps(job.make_config(), capture)))
+    canonical_inputs = [capture.fingerprint, asdict(options), job.make_config().seed]
     points = []
     with CanonicalCache(folder / "canonical", canonical_inputs).use_in_encode():
-        for label, changes in list_changes(job.config()):
-            measured = measure(replace(job, changes=(*job.changes, *changes)), folder)
-            points.append(
-                Point(label, amortize_file(measured.summary) / 1024, fmean(measured.psnr))
-            )
+        for label, changes in list_changes(job.make_config()):
+            stream = measure(replace(job, changes=(*job.changes, *changes)), folder)
+            points.append(Point(label, amortize_file(stream.summary) / 1024, fmean(stream.psnr)))
     return points
 
 

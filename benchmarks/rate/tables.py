@@ -10,7 +10,7 @@ from rate.claims import Claim
 from rate.hull import Point, find_upper_hull
 from rate.rows import Row
 
-_HOLDS_TEXT = {True: "yes", False: "**no**", None: "not measured"}
+_HOLDS_TEXTS = {True: "yes", False: "**no**", None: "not measured"}
 
 
 def format_rows(rows: Iterable[Row], later_frame_counts: Mapping[tuple[str, str], int]) -> str:
@@ -27,14 +27,14 @@ def format_rows(rows: Iterable[Row], later_frame_counts: Mapping[tuple[str, str]
     )  # fmt: skip
     lines = []
     for row in rows:
-        frames = later_frame_counts[row.capture, row.preset] * KILOBYTE
-        quality = [_format_number(row.psnr_first, 1), _format_number(row.psnr_mean, 1)]
+        divisor = later_frame_counts[row.capture, row.preset] * KILOBYTE  # for sizes per frame
+        psnr_texts = [_format_number(row.psnr_first, 1), _format_number(row.psnr_mean, 1)]
         lines.append([
             row.capture, row.preset, row.coder, _format_number(row.canonical, KILOBYTE, 1),
-            _format_number(row.snapshots, KILOBYTE, 1), _format_number(row.motion, frames, 3),
-            _format_number(row.updates, frames, 3), _format_number(row.births, frames, 3),
+            _format_number(row.snapshots, KILOBYTE, 1), _format_number(row.motion, divisor, 3),
+            _format_number(row.updates, divisor, 3), _format_number(row.births, divisor, 3),
             _format_number(row.rest, KILOBYTE), _format_number(row.total, KILOBYTE, 1),
-            " / ".join(text for text in quality if text), row.remark,
+            " / ".join(text for text in psnr_texts if text), row.remark,
         ])  # fmt: skip
     return format_table(header, lines)
 
@@ -47,7 +47,7 @@ def format_claims(claims: Mapping[str, Sequence[Claim]]) -> str:
             claim.name,
             _format_number(claim.value, 1, 3),
             f"{'at most' if claim.is_maximum else 'at least'} {claim.bound:g}",
-            _HOLDS_TEXT[claim.holds],
+            _HOLDS_TEXTS[claim.holds],
         ]
         for capture, capture_claims in claims.items()
         for claim in capture_claims
@@ -105,5 +105,5 @@ def list_point_records(points: Mapping[str, Sequence[Point]]) -> list[dict[str, 
     ]
 
 
-def _format_number(value: float | None, unit: float, digits: int = 2) -> str:
-    return "" if value is None or not unit else f"{value / unit:,.{digits}f}"
+def _format_number(value: float | None, divisor: float, digits: int = 2) -> str:
+    return "" if value is None or not divisor else f"{value / divisor:,.{digits}f}"

@@ -7,7 +7,7 @@ import pytest
 import torch
 from scipy.spatial import cKDTree
 
-from paper.float_bytes import estimate_floats, summarize_floats
+from paper.float_bytes import estimate_float_bytes, summarize_floats
 from paper.trials import Trial
 from paper.unquantized import (
     encode_unquantized,
@@ -150,5 +150,5 @@ def test_the_estimate_for_floats_is_the_entropy_of_their_values():
     equal_values = np.zeros((6, 8))
     different_values = np.arange(48.0).reshape(6, 8) / 7
 
-    assert estimate_floats((equal_values,)) == 0
-    assert estimate_floats((different_values,)) == 6 * 8 * 3 / 8
+    assert estimate_float_bytes((equal_values,)) == 0
+    assert estimate_float_bytes((different_values,)) == 6 * 8 * 3 / 8

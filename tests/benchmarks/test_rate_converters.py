@@ -5,7 +5,7 @@ from rate.converters import (
     UnavailableError,
     convert_scene,
     describe_spz,
-    install,
+    install_splat_transform,
     read_splat_transform_version,
 )
 from tests.export.frames import make_frame
@@ -21,14 +21,14 @@ def test_without_npm_the_program_is_unavailable(tmp_path, monkeypatch):
 
     assert read_splat_transform_version(tmp_path) is None
     with pytest.raises(UnavailableError, match="npm is not installed"):
-        install(tmp_path / "node")
+        install_splat_transform(tmp_path / "node")
 
 
 def test_a_program_that_fails_is_unavailable_and_says_why(tmp_path, monkeypatch):
     program = tmp_path / "fails"
     program.write_text("#!/bin/sh\necho first >&2\necho the reason >&2\nexit 3\n")
     program.chmod(0o755)
-    monkeypatch.setattr(converters, "install", lambda _folder: program)
+    monkeypatch.setattr(converters, "install_splat_transform", lambda _folder: program)
 
     with pytest.raises(UnavailableError, match="fails: the reason"):
         convert_scene(make_frame(0)[1], "sog", tmp_path)

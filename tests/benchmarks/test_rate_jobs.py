@@ -42,13 +42,13 @@ def test_many_changes_give_a_valid_file_name():
 
 
 def test_changes_are_applied_to_the_settings():
-    config = replace(JOB, changes=(("motion.lr", "0.5"), ("seed", "7"))).config()
+    config = replace(JOB, changes=(("motion.lr", "0.5"), ("seed", "7"))).make_config()
 
     assert (config.motion.lr, config.seed) == (0.5, 7)
 
 
 def _describe_job(job):
-    return describe_encode(make_capture(), job.config(), "cpu")
+    return describe_encode(make_capture(), job.make_config(), "cpu")
 
 
 @pytest.mark.parametrize("preset", ["main", "paper"])

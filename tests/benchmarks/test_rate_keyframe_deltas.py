@@ -26,7 +26,7 @@ def test_the_written_frames_are_those_of_the_stream(data, monkeypatch):
             written_files.append(write_sequence(*arguments, **options)) or b""
         ),
     )
-    keyframe_deltas.count_bytes(decode(data))
+    keyframe_deltas.measure_file_sizes(decode(data))
 
     assert len(written_files) == 4
     for file in written_files[1::2]:
@@ -42,7 +42,7 @@ def test_the_written_frames_are_those_of_the_stream(data, monkeypatch):
 
 
 def test_the_settings_with_the_fewest_bytes_are_chosen(data):
-    best_sizes, default_sizes = keyframe_deltas.count_bytes(decode(data))
+    best_sizes, default_sizes = keyframe_deltas.measure_file_sizes(decode(data))
 
     assert best_sizes.settings != default_sizes.settings
     assert best_sizes.total < default_sizes.total
@@ -50,5 +50,5 @@ def test_the_settings_with_the_fewest_bytes_are_chosen(data):
 
 
 def test_a_stream_of_one_frame_costs_what_its_first_frame_costs():
-    for sizes in keyframe_deltas.count_bytes(decode(make_stream(frame_count=1)[0])):
+    for sizes in keyframe_deltas.measure_file_sizes(decode(make_stream(frame_count=1)[0])):
         assert sizes.total == sizes.first > 0

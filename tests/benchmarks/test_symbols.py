@@ -33,7 +33,7 @@ def test_all_readers_are_timed_on_the_same_symbols():
     state = symbols.make_canonical(1000, np.random.default_rng(0))
     rows = symbols.time_regime(state, 0.07, births=10, repeats=1)
 
-    assert [row["reader"] for row in rows] == list(symbols.choose_readers())
+    assert [row["reader"] for row in rows] == list(symbols.make_decoder_contexts())
     assert rows[-1]["reader"] == "python"
     assert len({(row["bytes"], row["nonzero"], row["anchors"]) for row in rows}) == 1
     assert all(row["ms"] > 0 for row in rows)
