@@ -38,7 +38,7 @@ def main() -> int:
         print(f"run.py: {error}", file=sys.stderr)
         return _EXIT_NOT_RUN
     write_reports(report, options.json, options.junit)
-    sys.stdout.write(report.text(clauses=options.clauses))
+    sys.stdout.write(report.as_text(clauses=options.clauses))
     return 0 if report.passed else _EXIT_FAILED
 
 
@@ -122,7 +122,7 @@ def write_streams(suite: Suite, folder: Path) -> int:
     for name in suite.vectors:
         path = folder / f"{name}.quarc"
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(suite.stream(name))
+        path.write_bytes(suite.read_stream(name))
     print(f"{len(suite.vectors)} streams written to {folder}")
     return 0
 

@@ -53,20 +53,20 @@ _PARSERS = {
 }
 
 
-def container(data: bytes) -> None:
+def fuzz_container(data: bytes) -> None:
     """Split a stream into chunks."""
     with suppress(BitstreamError):
         list(split_chunks(data))
 
 
-def payloads(data: bytes) -> None:
+def fuzz_payloads(data: bytes) -> None:
     """Parse bytes as the payload of each type of chunk."""
     for parse in _PARSERS.values():
         with suppress(BitstreamError):
             parse(data)
 
 
-def streams(data: bytes) -> None:
+def fuzz_streams(data: bytes) -> None:
     """Decode a stream from its start, from frame 1, with recovery, and from a pipe; also cut it."""
     readers: tuple[Callable[[Source], object], ...] = (
         lambda source: list(decode(source)),
@@ -81,7 +81,7 @@ def streams(data: bytes) -> None:
         list(recover(PipeSource(io.BytesIO(data))))
 
 
-def poses(data: bytes) -> None:
+def fuzz_poses(data: bytes) -> None:
     """Read `poses_bounds.npy` and convert it to cameras."""
     with _write_temporary_file("poses_bounds.npy", data) as path, suppress(CaptureError):
         for row in n3dv._read_rows(path):
@@ -98,52 +98,52 @@ def _write_temporary_file(name: str, data: bytes) -> Iterator[Path]:
         yield path
 
 
-def ply(data: bytes) -> None:
+def fuzz_ply(data: bytes) -> None:
     """Read a PLY of points."""
     with _write_temporary_file("points.ply", data) as path, suppress(CaptureError):
         read_points_ply(path)
 
 
-def gaussians(data: bytes) -> None:
+def fuzz_gaussians(data: bytes) -> None:
     """Read a PLY of Gaussians."""
     with suppress(ValueError):
         parse_ply(data)
 
 
-def spz(data: bytes) -> None:
+def fuzz_spz(data: bytes) -> None:
     """Check the header of an SPZ file, which is the only part that this process parses."""
     with suppress(ValueError):
         check_header(data)
 
 
-def fourdgs(data: bytes) -> None:
+def fuzz_fourdgs(data: bytes) -> None:
     """Read a `.4dgs` file and its first frames."""
     with suppress(ValueError, ImportError):
         list(islice(read_4dgs(data).read(), 2))
 
 
-def sidecar(data: bytes) -> None:
+def fuzz_sidecar(data: bytes) -> None:
     """Read a `sequence.json`."""
     with suppress(ValueError):
         parse_sidecar(data)
 
 
-def keyframes(data: bytes) -> None:
+def fuzz_keyframes(data: bytes) -> None:
     """Read a camera path, and compute its poses."""
     with suppress(PathError):
-        path = parse_keyframes(data, [_EYE], _EYE, 0)
+        path = parse_keyframes(data, [_KEYFRAME_CAMERA], _KEYFRAME_CAMERA, 0)
         if path.count_pictures(2.0) < _MAX_PICTURES:
             path.interpolate(2.0)
             path.list_frames(2.0, 0, 9)
 
 
-_EYE = Camera(
+_KEYFRAME_CAMERA = Camera(
     "cam00", 8, 6, 5.0, 5.0, 4.0, 3.0, (1, 0, 0, 0, 0, -1, 0, 1, 0), (0, 0, 2), 0.1, False
 )
 _MAX_PICTURES = 1000
 
 
-def transforms(data: bytes) -> None:
+def fuzz_transforms(data: bytes) -> None:
     """Read `transforms.json`, convert it to a rig, and find the files that it names."""
     with _write_temporary_file("transforms.json", data) as path, suppress(CaptureError):
         entries = read_transforms(path).entries
@@ -153,13 +153,13 @@ def transforms(data: bytes) -> None:
                 NamedFileResolver(path).find(entry.path)
 
 
-def notes(data: bytes) -> None:
+def fuzz_notes(data: bytes) -> None:
     """Read the notes of a capture, and apply them to its cameras."""
     with _write_temporary_file(NOTES_NAME, data) as path, suppress(CaptureError):
         read_capture_notes(path.parent).first_frames(["cam00", "cam01"])
 
 
-def opencv_yaml(data: bytes) -> None:
+def fuzz_opencv_yaml(data: bytes) -> None:
     """Read an EasyMocap calibration and convert it to cameras."""
     with suppress(ValueError):
         nodes = parse_yaml(data)
@@ -168,19 +168,19 @@ def opencv_yaml(data: bytes) -> None:
                 easymocap._make_camera(name, (48, 32), nodes, nodes)
 
 
-def panoptic_json(data: bytes) -> None:
+def fuzz_panoptic_json(data: bytes) -> None:
     """Read a calibration of the Panoptic Studio."""
     with _write_temporary_file("calibration_a.json", data) as path, suppress(CaptureError):
         panoptic.read_cameras(path)
 
 
-def stills(data: bytes) -> None:
+def fuzz_stills(data: bytes) -> None:
     """Read the header of a picture file."""
     with suppress(ValueError):
         read_still_header(data)
 
 
-def colmap_model(data: bytes) -> None:
+def fuzz_colmap_model(data: bytes) -> None:
     """Read a COLMAP model; the first byte selects the file that contains the remaining bytes."""
     selector = data[0] if data else 0
     file_format, name = (
@@ -195,7 +195,7 @@ def colmap_model(data: bytes) -> None:
             colmap._read_model(model)
 
 
-def training(data: bytes) -> None:
+def fuzz_training(data: bytes) -> None:
     """Read a checkpoint file of arrays."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
     with (
@@ -206,7 +206,7 @@ def training(data: bytes) -> None:
         read_arrays(file, "seed", layout)
 
 
-def marker(data: bytes) -> None:
+def fuzz_marker(data: bytes) -> None:
     """Read the marker of an output folder, and write into the folder."""
     with _write_temporary_file(MARKER_NAME, data) as path:
         with suppress(OutputPathError):
@@ -234,22 +234,22 @@ def list_seeds(target: str) -> list[bytes]:
 
 
 TARGETS: dict[str, Callable[[bytes], None]] = {
-    "container": container,
-    "payloads": payloads,
-    "streams": streams,
-    "poses": poses,
-    "ply": ply,
-    "gaussians": gaussians,
-    "spz": spz,
-    "fourdgs": fourdgs,
-    "sidecar": sidecar,
-    "keyframes": keyframes,
-    "transforms": transforms,
-    "notes": notes,
-    "opencv_yaml": opencv_yaml,
-    "panoptic_json": panoptic_json,
-    "stills": stills,
-    "colmap": colmap_model,
-    "training": training,
-    "marker": marker,
+    "container": fuzz_container,
+    "payloads": fuzz_payloads,
+    "streams": fuzz_streams,
+    "poses": fuzz_poses,
+    "ply": fuzz_ply,
+    "gaussians": fuzz_gaussians,
+    "spz": fuzz_spz,
+    "fourdgs": fuzz_fourdgs,
+    "sidecar": fuzz_sidecar,
+    "keyframes": fuzz_keyframes,
+    "transforms": fuzz_transforms,
+    "notes": fuzz_notes,
+    "opencv_yaml": fuzz_opencv_yaml,
+    "panoptic_json": fuzz_panoptic_json,
+    "stills": fuzz_stills,
+    "colmap": fuzz_colmap_model,
+    "training": fuzz_training,
+    "marker": fuzz_marker,
 }

@@ -30,14 +30,17 @@ def make_canonical_planes(
     codes = _list_code_rows(head, gaussians)
     rotation_rows = list(zip(*(g.rotation for g in gaussians), strict=True)) or [()] * 4
     sh_rest_planes = (
-        [bits for row in codes[7:] for bits in writing.signed(row)] if head.sh_degree else []
+        [bits for row in codes[7:] for bits in writing.make_signed_planes(row)]
+        if head.sh_degree
+        else []
     )
     return [
-        writing.ascending(keys),
-        writing.rows(*_code_colors(codes)),
-        writing.rows(codes[3]),
-        writing.rows(*codes[:3]),
-        writing.fixed(rotation_rows[0], 2) + writing.rows(*rotation_rows[1:]),
+        writing.make_ascending_planes(keys),
+        writing.make_row_planes(*_code_colors(codes)),
+        writing.make_row_planes(codes[3]),
+        writing.make_row_planes(*codes[:3]),
+        writing.make_fixed_planes(rotation_rows[0], 2)
+        + writing.make_row_planes(*rotation_rows[1:]),
         sh_rest_planes,
     ]
 
@@ -49,15 +52,15 @@ def make_birth_planes(head: Head, births: Sequence[CodedGaussian]) -> list[Bits]
     x, y, z = codes[:3]
     scale_steps = (x, _subtract(y, x), _subtract(z, y))
     planes = [
-        *writing.ascending([g.parent for g in births]),
-        *writing.rows(*zip(*(g.position for g in births), strict=True)),
-        *writing.rows(*_code_colors(codes)),
-        *writing.rows(codes[3]),
-        *writing.rows(*scale_steps),
-        *writing.fixed(rotation_rows[0], 2),
-        *writing.rows(*rotation_rows[1:]),
+        *writing.make_ascending_planes([g.parent for g in births]),
+        *writing.make_row_planes(*zip(*(g.position for g in births), strict=True)),
+        *writing.make_row_planes(*_code_colors(codes)),
+        *writing.make_row_planes(codes[3]),
+        *writing.make_row_planes(*scale_steps),
+        *writing.make_fixed_planes(rotation_rows[0], 2),
+        *writing.make_row_planes(*rotation_rows[1:]),
     ]
-    return planes + (writing.rows(*codes[7:]) if head.sh_degree else [])
+    return planes + (writing.make_row_planes(*codes[7:]) if head.sh_degree else [])
 
 
 def make_motion_planes(head: Head, counts: list[int], change: Change) -> list[Bits]:
@@ -101,7 +104,7 @@ def make_update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
             if field_mask >> number & 1
         ]
         for row in rows:
-            planes += writing.signed(
+            planes += writing.make_signed_planes(
                 [u.residuals[row] for u in updates_with_field if u.residuals is not None]
             )
     return planes
@@ -125,7 +128,11 @@ def make_survivor_planes(count: int, survivors: Sequence[Survivor]) -> list[Bits
             values = [s.differences[row] for s in survivors_with_field]
             if number == 0:
                 values = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
-            planes += writing.fixed(values, 2) if row == 3 else writing.signed(values)
+            planes += (
+                writing.make_fixed_planes(values, 2)
+                if row == 3
+                else writing.make_signed_planes(values)
+            )
     return planes
 
 

@@ -9,7 +9,15 @@ from making.payloads import Head
 from making.scenes import draw_between, hash_numbers, make_cloud
 from making.streams import Stream
 from making.units import Input, Rejection, Unit
-from making.writing import Planes, WritingSection, ascending, encode, fixed, signed, unsigned
+from making.writing import (
+    Planes,
+    WritingSection,
+    encode,
+    make_ascending_planes,
+    make_fixed_planes,
+    make_signed_planes,
+    make_unsigned_planes,
+)
 from plain import planes
 from plain.coder import add_to_counts, weight_from_code, weight_from_counts
 
@@ -116,16 +124,22 @@ def _make_bit_cases() -> list[tuple[Input, Any]]:
     return cases
 
 
-_PLANE_WRITERS = {"fixed": fixed, "unsigned": unsigned, "signed": signed}
+_CODINGS = {
+    "fixed": (make_fixed_planes, planes.read_fixed),
+    "unsigned": (make_unsigned_planes, planes.read_unsigned),
+    "signed": (make_signed_planes, planes.read_signed),
+}
+"""Functions that make and read the planes of each coding."""
 
 
 def _make_integer_cases(
     coding_name: str, inputs: Iterable[tuple[list[int], list[int], int]]
 ) -> list[tuple[Input, Any]]:
+    make_planes, read_numbers = _CODINGS[coding_name]
     cases: list[tuple[Input, Any]] = []
     for values, contexts, width in inputs:
-        section = WritingSection("n", Planes(_PLANE_WRITERS[coding_name](values, width)), {})
-        getattr(planes, coding_name)(section, "n", contexts, width)
+        section = WritingSection("n", Planes(make_planes(values, width)), {})
+        read_numbers(section, "n", contexts, width)
         section.close()
         cases.append(
             ({"words": section.written_words, "contexts": contexts, "width": width}, values)
@@ -141,12 +155,12 @@ def _make_ascending_cases() -> list[tuple[Input, Any]]:
         [1 << 59, (1 << 60) - 1],
         [5 * k * k for k in range(50)],
     ):
-        section = WritingSection("n", Planes(ascending(values)), {})
-        planes.ascending(section, "n", len(values), 6)
+        section = WritingSection("n", Planes(make_ascending_planes(values)), {})
+        planes.read_ascending(section, "n", len(values), 6)
         section.close()
         cases.append(({"words": section.written_words, "count": len(values)}, values))
-    section = WritingSection("n", Planes(unsigned([(1 << 60) + 1, 0], 6)), {})
-    planes.unsigned(section, "n", [0, 0], 6)
+    section = WritingSection("n", Planes(make_unsigned_planes([(1 << 60) + 1, 0], 6)), {})
+    planes.read_unsigned(section, "n", [0, 0], 6)
     section.close()
     cases.append(({"words": section.written_words, "count": 2}, Rejection("symbol-range")))
     return cases

@@ -9,7 +9,7 @@ from making.frames import make_frame
 from making.payloads import Canonical, Frame
 from making.streams import Chunk
 from making.vectors import ValidStream
-from making.writing import Planes, WritingSection, encode, unsigned
+from making.writing import Planes, WritingSection, encode, make_unsigned_planes
 from plain import planes
 
 _HALF_WEIGHT, _STATED_WEIGHT = 1 << 23, 1 << 18
@@ -114,7 +114,7 @@ def encode_stated_code(code: int) -> list[int]:
 
 def _encode_keys(values: list[int]) -> list[int]:
     """Return the words that code values by Unsigned(6), with counts that start at 0."""
-    section = WritingSection("positions", Planes(unsigned(values, 6)), {})
-    planes.unsigned(section, "keys", [0] * len(values), 6)
+    section = WritingSection("positions", Planes(make_unsigned_planes(values, 6)), {})
+    planes.read_unsigned(section, "keys", [0] * len(values), 6)
     section.close()
     return section.written_words

@@ -94,32 +94,38 @@ class WritingSection(PlainSection):
         self.written_words = encode(self._coded)
 
 
-def fixed(values: Sequence[int], width: int) -> list[Bits]:
+def make_fixed_planes(values: Sequence[int], width: int) -> list[Bits]:
     """Return the planes that code `values` by Fixed (SPEC 8.4)."""
     return [[v >> place & 1 for v in values] for place in reversed(range(width))]
 
 
-def unsigned(values: Sequence[int], width: int) -> list[Bits]:
+def make_unsigned_planes(values: Sequence[int], width: int) -> list[Bits]:
     """Return the planes that code `values` by Unsigned (SPEC 8.4)."""
-    return fixed([v.bit_length() for v in values], width) + _make_mantissa_planes(values)
+    return make_fixed_planes([v.bit_length() for v in values], width) + _make_mantissa_planes(
+        values
+    )
 
 
-def signed(values: Sequence[int], width: int = 4) -> list[Bits]:
+def make_signed_planes(values: Sequence[int], width: int = 4) -> list[Bits]:
     """Return the planes that code `values` by Signed (SPEC 8.4)."""
     sizes = [abs(v) for v in values]
     signs = [int(v < 0) for v in values if v]
-    return [*fixed([v.bit_length() for v in sizes], width), signs, *_make_mantissa_planes(sizes)]
+    return [
+        *make_fixed_planes([v.bit_length() for v in sizes], width),
+        signs,
+        *_make_mantissa_planes(sizes),
+    ]
 
 
-def ascending(values: Sequence[int], width: int = 6) -> list[Bits]:
+def make_ascending_planes(values: Sequence[int], width: int = 6) -> list[Bits]:
     """Return the planes that code `values` by Ascending (SPEC 8.4)."""
     steps = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
-    return unsigned(steps, width)
+    return make_unsigned_planes(steps, width)
 
 
-def rows(*values: Sequence[int]) -> list[Bits]:
+def make_row_planes(*values: Sequence[int]) -> list[Bits]:
     """Return the planes that code rows of signed numbers (SPEC 8.5)."""
-    return signed([v for row in values for v in row])
+    return make_signed_planes([v for row in values for v in row])
 
 
 def _make_mantissa_planes(values: Sequence[int]) -> list[Bits]:

@@ -3,17 +3,17 @@
 from plain.planes import (
     PlainSection,
     Row,
-    ascending,
-    fixed,
+    read_ascending,
+    read_fixed,
     read_rows_by_context,
     read_rows_in_one_context,
-    signed,
+    read_signed,
 )
 
 
 def read_keys(section: PlainSection, name: str, count: int) -> Row:
     """Return Morton keys or parent indices, in ascending order."""
-    return ascending(section, name, count, 6)
+    return read_ascending(section, name, count, 6)
 
 
 def read_colors(section: PlainSection, name: str, count: int) -> list[Row]:
@@ -24,7 +24,7 @@ def read_colors(section: PlainSection, name: str, count: int) -> list[Row]:
 
 def read_rotations(section: PlainSection, name: str, count: int) -> list[tuple[int, Row]]:
     """Return (j, [a, b, c]) of each Gaussian, as in SPEC 7.2."""
-    indices = fixed(section, f"{name}, index", [0] * count, 2)
+    indices = read_fixed(section, f"{name}, index", [0] * count, 2)
     components = zip(*read_rows_by_context(section, name, count, 3), strict=True)
     return [
         (j, list(component_triple)) for j, component_triple in zip(indices, components, strict=True)
@@ -44,7 +44,7 @@ def read_sh_rest(section: PlainSection, name: str, count: int) -> list[Row]:
     sums = [0] * count
     for number in range(9):
         contexts = [8 * number + min(s.bit_length(), 7) for s in sums]
-        rows.append(signed(section, name, contexts, 4))
+        rows.append(read_signed(section, name, contexts, 4))
         sums = [s + abs(value) for s, value in zip(sums, rows[-1], strict=True)]
     return rows
 

@@ -97,7 +97,7 @@ def open_section(title: str, stored: dict[str, Any], counts: Counts) -> PlainSec
     return PlainSection(title, list(stored["words"]), counts)
 
 
-def fixed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
+def read_fixed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
     nodes = [1] * len(contexts)
     for bit_number in reversed(range(width)):
         node_contexts = [(c << width) + node for c, node in zip(contexts, nodes, strict=True)]
@@ -123,14 +123,14 @@ def _read_mantissas(section: PlainSection, name: str, inner_contexts: Row, class
     return values
 
 
-def unsigned(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
-    classes = fixed(section, name, contexts, width)
+def read_unsigned(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
+    classes = read_fixed(section, name, contexts, width)
     inner_contexts = [(c << width) + k for c, k in zip(contexts, classes, strict=True)]
     return _read_mantissas(section, name, inner_contexts, classes)
 
 
-def signed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
-    classes = fixed(section, name, contexts, width)
+def read_signed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
+    classes = read_fixed(section, name, contexts, width)
     inner_contexts = [(c << width) + k for c, k in zip(contexts, classes, strict=True)]
     indices = [index for index, k in enumerate(classes) if k]
     signs = [0] * len(classes)
@@ -142,9 +142,9 @@ def signed(section: PlainSection, name: str, contexts: Row, width: int) -> Row:
     return [-m if sign else m for m, sign in zip(magnitudes, signs, strict=True)]
 
 
-def ascending(section: PlainSection, name: str, count: int, width: int) -> Row:
+def read_ascending(section: PlainSection, name: str, count: int, width: int) -> Row:
     numbers, number = [], 0
-    for step in unsigned(section, name, [0] * count, width):
+    for step in read_unsigned(section, name, [0] * count, width):
         assert step <= 1 << 60, "symbol-range"
         number += step
         numbers.append(number)
@@ -163,5 +163,5 @@ def read_rows_in_one_context(
 
 
 def _read_rows(section: PlainSection, name: str, count: int, contexts: Row) -> list[Row]:
-    values = signed(section, name, contexts, 4)
+    values = read_signed(section, name, contexts, 4)
     return [values[start : start + count] for start in range(0, len(values), count or 1)]

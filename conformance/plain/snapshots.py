@@ -1,6 +1,6 @@
 """Reads survivors of snapshots (SPEC 7.9, 8.9) in plain integers; written from SPEC.md alone."""
 
-from plain.planes import PlainSection, fixed, signed
+from plain.planes import PlainSection, read_fixed, read_signed
 from plain.state import PlainCodedGaussian, Vector
 
 # The 14 differences of each surviving Gaussian, by its index in the CANO.
@@ -27,14 +27,14 @@ def read_survivors(section: PlainSection, count: int) -> Survivors:
     for number, (name, rows) in enumerate(_FIELDS.items()):
         changed = [d for d, a in zip(differences, field_masks, strict=True) if a >> number & 1]
         if name == "rotation":
-            rotation_indices = fixed(section, "survivors, index", [0] * len(changed), 2)
+            rotation_indices = read_fixed(section, "survivors, index", [0] * len(changed), 2)
             for difference, index in zip(changed, rotation_indices, strict=True):
                 difference[rows.start] = index
             rows = rows[1:]
         sums = [0] * len(changed)
         for r in rows:
             contexts = [8 * r + min(s.bit_length(), 7) for s in sums]
-            coded = signed(section, "survivors, differences", contexts, 4)
+            coded = read_signed(section, "survivors, differences", contexts, 4)
             sums = [s + abs(value) for s, value in zip(sums, coded, strict=True)]
             value_so_far = 0
             for difference, value in zip(changed, coded, strict=True):

@@ -16,20 +16,20 @@ def read_spec() -> str:
     return SPEC.read_text("utf-8")
 
 
-def table_lines(spec: str, marker: str) -> list[str]:
+def read_table_lines(spec: str, marker: str) -> list[str]:
     """Return the lines between `<!-- spec:marker -->` and the next empty line."""
     parts = spec.split(f"<!-- spec:{marker} -->\n")
     assert len(parts) == 2, f"spec:{marker} occurs {len(parts) - 1} times, expected once"
     return parts[1].split("\n\n", 1)[0].splitlines()
 
 
-def table_cells(line: str) -> list[str]:
+def split_table_row(line: str) -> list[str]:
     return [cell.strip() for cell in line.strip().strip("|").split("|")]
 
 
 def read_table(spec: str, marker: str) -> list[list[str]]:
     """Return the rows of the table below a marker, without the header."""
-    header, separator, *rows = [table_cells(line) for line in table_lines(spec, marker)]
+    header, separator, *rows = [split_table_row(line) for line in read_table_lines(spec, marker)]
     assert all(set(cell) == {"-"} for cell in separator), marker
     assert all(len(row) == len(header) for row in rows), marker
     return rows
@@ -37,7 +37,7 @@ def read_table(spec: str, marker: str) -> list[list[str]]:
 
 def read_records(spec: str, marker: str) -> list[dict[str, str]]:
     """Return the rows of the table below a marker, as dicts by column name."""
-    header = table_cells(table_lines(spec, marker)[0])
+    header = split_table_row(read_table_lines(spec, marker)[0])
     return [dict(zip(header, row, strict=True)) for row in read_table(spec, marker)]
 
 
@@ -55,7 +55,7 @@ def replace_region(spec: str, name: str, body: str) -> str:
     return spec.replace(begin + old_body, begin + body, 1)
 
 
-def dump_path(name: str) -> str:
+def make_dump_path(name: str) -> str:
     """Return the path of the hex dump of a stream of Annex G, relative to the repository."""
     return f"conformance/annex-g/stream-{name}.hex"
 
@@ -63,7 +63,7 @@ def dump_path(name: str) -> str:
 @cache
 def read_dump(name: str) -> bytes:
     """Return the bytes of a stream of Annex G, from its hex dump."""
-    return parse_dump((ROOT / dump_path(name)).read_text("utf-8"))
+    return parse_dump((ROOT / make_dump_path(name)).read_text("utf-8"))
 
 
 def parse_dump(dump: str) -> bytes:

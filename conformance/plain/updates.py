@@ -1,7 +1,7 @@
 """Reads and applies updates (SPEC 7.8, 8.8) in plain integers; written from SPEC.md alone."""
 
 from plain import oracle
-from plain.planes import PlainSection, signed
+from plain.planes import PlainSection, read_signed
 from plain.state import PlainGaussian, Vector
 
 _FIELDS = {
@@ -37,7 +37,7 @@ def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Chang
         for row in rows:
             sums = [sum(residuals[rows.start : row]) for residuals in field_residuals]
             contexts = [3 * row + 1 + (s > 0) - (s < 0) for s in sums]
-            values = signed(section, "updates, residuals", contexts, 4)
+            values = read_signed(section, "updates, residuals", contexts, 4)
             for residuals, value in zip(field_residuals, values, strict=True):
                 residuals[row] = value
     return changes

@@ -22,7 +22,7 @@ def query_capabilities(command: str, limits: Limits) -> Line:
     decoder.send(b"", last=True)
     capabilities: Line = {}
     with suppress(FaultError):
-        capabilities = next(iter(decoder.lines()), {})
+        capabilities = next(iter(decoder.read_lines()), {})
     decoder.kill()
     return capabilities if isinstance(capabilities.get("capabilities"), list) else {}
 
@@ -63,8 +63,8 @@ class CaseRunner:
     def _run_single(self, case: Case) -> list[Line]:
         decoder = Decoder(self._command, self._limits)
         try:
-            decoder.send(self._suite.stream(case.vector), last=True)
-            lines = list(decoder.lines())
+            decoder.send(self._suite.read_stream(case.vector), last=True)
+            lines = list(decoder.read_lines())
             _check_status(decoder, lines)
         finally:
             decoder.kill()
@@ -72,7 +72,7 @@ class CaseRunner:
 
     def _run_job(self, case: Case) -> list[Line]:
         return self.run_job(
-            case.job, b"" if case.mode == "unit" else self._suite.stream(case.vector)
+            case.job, b"" if case.mode == "unit" else self._suite.read_stream(case.vector)
         )
 
     def run_job(self, job: Line, stream: bytes) -> list[Line]:
@@ -87,7 +87,7 @@ class CaseRunner:
         worker.begin_case()
         worker.send(json.dumps(job | {"bytes": len(stream)}).encode() + b"\n" + stream)
         lines: list[Line] = []
-        for line in worker.lines():
+        for line in worker.read_lines():
             if line.get("done"):
                 return lines
             lines.append(line)
@@ -95,9 +95,9 @@ class CaseRunner:
 
     def _run_growing(self, case: Case) -> Verdict:
         """Feed a stream chunk by chunk; the decoder must print each frame before the next chunk."""
-        stream, printed_lines = self._suite.stream(case.vector), []
+        stream, printed_lines = self._suite.read_stream(case.vector), []
         decoder = Decoder(self._command, self._limits)
-        lines = decoder.lines()
+        lines = decoder.read_lines()
         try:
             for chunk, is_frame in split_chunks(stream):
                 decoder.feed(chunk)

@@ -80,7 +80,7 @@ def _encode(encoder: str, scene: Path, output: Path, limits: Limits) -> list[Lin
     process = Decoder(encoder, limits, str(scene), str(output))
     try:
         process.send(b"", last=True)
-        lines = list(process.lines())
+        lines = list(process.read_lines())
         status = process.finish()
         if status:
             raise process.make_crash_fault(status)

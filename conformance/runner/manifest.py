@@ -46,7 +46,7 @@ class Suite:
             raise SuiteError(message)
         return cls(root, {entry["name"]: entry for entry in manifest["vectors"]}, units)
 
-    def stream(self, name: str) -> bytes:
+    def read_stream(self, name: str) -> bytes:
         """Return the stream of a vector.
 
         Raises:
@@ -54,7 +54,7 @@ class Suite:
         """
         entry = self.vectors[name]
         if "file" not in entry:
-            data = apply_patch(self.stream(entry["parent"]), entry["patch"])
+            data = apply_patch(self.read_stream(entry["parent"]), entry["patch"])
         elif name in self._cache:
             return self._cache[name]
         else:

@@ -67,7 +67,7 @@ class Decoder:
         """Send bytes to the decoder, and wait until they are written to its standard input."""
         self._write(data, last=False)
 
-    def lines(self) -> Iterator[Line]:
+    def read_lines(self) -> Iterator[Line]:
         """Yield the lines that the decoder prints until it closes its output.
 
         Raises:

@@ -57,7 +57,7 @@ class Report:
                 counts[name][1] += 1
         return {name: (passed, total) for name, (passed, total) in sorted(counts.items())}
 
-    def text(self, *, clauses: bool) -> str:
+    def as_text(self, *, clauses: bool) -> str:
         """Return the report as text, optionally with the results of each clause."""
         failed = [result for result in self.results if not result.passed]
         lines = [f"decoder: {self.command}"]
@@ -106,7 +106,7 @@ class Report:
             "cases": cases,
         }
 
-    def junit(self) -> bytes:
+    def as_junit(self) -> bytes:
         """Return the content of a JUnit file, with one `testcase` element for each case."""
         failed = sum(not result.passed for result in self.results)
         totals = {"tests": str(len(self.results)), "failures": str(failed)}
@@ -127,7 +127,7 @@ def write_reports(report: Report, json_path: Path | None, junit_path: Path | Non
     if json_path is not None:
         json_path.write_text(json.dumps(report.as_json(), indent=1) + "\n", "utf-8")
     if junit_path is not None:
-        junit_path.write_bytes(report.junit())
+        junit_path.write_bytes(report.as_junit())
 
 
 def select_cases(cases: Iterable[Case], prefixes: list[str]) -> list[Case]:

@@ -1,44 +1,44 @@
 """Mistakes in sampling anchors and in binding Gaussians to anchors (SPEC 6)."""
 
-from mutant import mutant
+from mutant import make_mutant
 
-_ANCHORS = "decoder/anchors.py"
-_BINDING = "decoder/binding.py"
+_ANCHORS_FILE = "decoder/anchors.py"
+_BINDING_FILE = "decoder/binding.py"
 
 MUTANTS = (
-    mutant(
+    make_mutant(
         "Philox with 7 rounds",
         "format/constants.py",
         "PHILOX_ROUNDS: Final = 10",
         "PHILOX_ROUNDS: Final = 7",
     ),
-    mutant(
+    make_mutant(
         "random ranks depend on the frame ordinal instead of the phase",
-        _ANCHORS,
+        _ANCHORS_FILE,
         "counter[1] = scene.phase",
         "counter[1] = scene.frame",
     ),
-    mutant(
+    make_mutant(
         "random words assigned to the anchor levels in reverse order",
-        _ANCHORS,
+        _ANCHORS_FILE,
         "words = philox(counter, scene.header.seed)",
         "words = philox(counter, scene.header.seed)[[2, 1, 0, 3]]",
     ),
-    mutant(
+    make_mutant(
         "ties of random words won by the highest id",
-        _ANCHORS,
+        _ANCHORS_FILE,
         "<< 32) + scene.ids",
         "<< 32) - scene.ids",
     ),
-    mutant(
+    make_mutant(
         "ranks compared as signed integers",
-        _ANCHORS,
+        _ANCHORS_FILE,
         "return ((words - (1 << 31)) << 32) + scene.ids",
         "return (words << 32) + scene.ids",
     ),
-    mutant(
+    make_mutant(
         "the last of equally distant anchors chosen",
-        _BINDING,
+        _BINDING_FILE,
         ".argmin(axis=1)",
         "[:, ::-1].argmin(axis=1)",
         "        nearest[start : start + batch_size] = ",
@@ -52,22 +52,22 @@ MUTANTS = (
         "& (nearest < best_anchors)",
         "& (nearest > best_anchors)",
     ),
-    mutant(
+    make_mutant(
         "distances computed in binary32",
-        _BINDING,
+        _BINDING_FILE,
         "    lengths: Int64 = (differences * differences).sum(axis=0)\n",
         "    narrow = differences.astype(np.float32)\n"
         "    lengths: Int64 = (narrow * narrow).sum(axis=0).astype(np.int64)\n",
     ),
-    mutant(
+    make_mutant(
         "anchor counts rounded down",
-        _ANCHORS,
+        _ANCHORS_FILE,
         "-(-gaussian_count // header.gaussians_per_anchor)",
         "max(1, gaussian_count // header.gaussians_per_anchor)",
     ),
-    mutant(
+    make_mutant(
         "cell shift larger than the minimum by 1",
-        _ANCHORS,
+        _ANCHORS_FILE,
         "    starts = np.flatnonzero(merge_shifts > shift)\n",
         "    shift = min(LATTICE_BITS, shift + 1)\n"
         "    starts = np.flatnonzero(merge_shifts > shift)\n",

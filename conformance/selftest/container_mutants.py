@@ -1,94 +1,104 @@
 """Mistakes in reading the container, in seeking and in recovery (SPEC 5, 11)."""
 
-from mutant import mutant
+from mutant import make_mutant
 
-_CONTAINER = "format/container.py"
-_READER = "streams/chunk_reader.py"
-_STREAM = "decoder/stream_decoder.py"
-_WIRE = "format/wire.py"
-_UNKNOWN = "if not is_known and not header.is_ancillary:"
+_CONTAINER_FILE = "format/container.py"
+_READER_FILE = "streams/chunk_reader.py"
+_STREAM_FILE = "decoder/stream_decoder.py"
+_WIRE_FILE = "format/wire.py"
+_UNKNOWN_CODE = "if not is_known and not header.is_ancillary:"
 
 MUTANTS = (
-    mutant(
+    make_mutant(
         "payload CRC ignored",
-        _CONTAINER,
+        _CONTAINER_FILE,
         'if crc != int.from_bytes(stored_crc, "little"):',
         "if crc is None:",
     ),
-    mutant("header CRC ignored", _CONTAINER, "if not is_header_crc_valid(data):", "if False:"),
-    mutant(
-        "sequence numbers ignored", _READER, "if header.sequence != self.sequence:", "if False:"
+    make_mutant(
+        "header CRC ignored", _CONTAINER_FILE, "if not is_header_crc_valid(data):", "if False:"
     ),
-    mutant("critical bit ignored", _CONTAINER, _UNKNOWN, "if False:"),
-    mutant("unknown ancillary chunks rejected", _CONTAINER, _UNKNOWN, "if not is_known:"),
-    mutant(
+    make_mutant(
+        "sequence numbers ignored",
+        _READER_FILE,
+        "if header.sequence != self.sequence:",
+        "if False:",
+    ),
+    make_mutant("critical bit ignored", _CONTAINER_FILE, _UNKNOWN_CODE, "if False:"),
+    make_mutant(
+        "unknown ancillary chunks rejected", _CONTAINER_FILE, _UNKNOWN_CODE, "if not is_known:"
+    ),
+    make_mutant(
         "unknown compatible features rejected",
-        _WIRE,
+        _WIRE_FILE,
         "if version.incompatible_features & ~",
         "if (version.incompatible_features | version.compatible_features) & ~",
         only_category="streams",
     ),
-    mutant(
+    make_mutant(
         "case of the third letter of chunk types ignored",
-        _CONTAINER,
+        _CONTAINER_FILE,
         "for letter in (kind[0], *kind[2:])",
         "for letter in (kind[0], *kind[3:])",
         only_category="invalid",
     ),
-    mutant(
-        "bytes after TAIL ignored", _READER, "if self.source.read(self.offset, 1):", "if False:"
+    make_mutant(
+        "bytes after TAIL ignored",
+        _READER_FILE,
+        "if self.source.read(self.offset, 1):",
+        "if False:",
     ),
-    mutant(
+    make_mutant(
         "bytes after the last field of a payload ignored",
-        _WIRE,
+        _WIRE_FILE,
         "if parsed.end != len(payload):",
         "if False:",
     ),
-    mutant(
+    make_mutant(
         "fields of TAIL not checked",
-        _STREAM,
+        _STREAM_FILE,
         "if self._is_complete and tail != expected:",
         "if False:",
     ),
-    mutant(
+    make_mutant(
         "fields of INDX not checked",
-        _STREAM,
+        _STREAM_FILE,
         "if self._is_complete and index != self._skipped_points.with_appended(self._points):",
         "if False:",
     ),
-    mutant(
+    make_mutant(
         "length checked only after the payload has been read",
-        _READER,
+        _READER_FILE,
         "        container.check_length(header.length, self._stream_header, self.offset)  #",
         "        if self._stream_header is None:\n"
         "            container.check_length(header.length, self._stream_header, self.offset)  #",
     ),
-    mutant(
+    make_mutant(
         "a quantization step of 0 accepted",
         "format/records.py",
         "not 0 < value <= constants.STEP_LIMIT",
         "not 0 <= value <= constants.STEP_LIMIT",
     ),
-    mutant(
+    make_mutant(
         "unknown major versions accepted",
-        _WIRE,
+        _WIRE_FILE,
         "if version.version_major != constants.VERSION_MAJOR:",
         "if False:",
     ),
-    mutant(
+    make_mutant(
         "a TAIL that more bytes follow ends a gap",
         "streams/resync.py",
         "return not source.read(header.end, 1)",
         "return True",
         only_category="damaged",
     ),
-    mutant(
+    make_mutant(
         "recovery resumes at an earlier frame",
         "streams/resync.py",
         "return parse_frame_number(payload) >= self.frame",
         "return True",
     ),
-    mutant(
+    make_mutant(
         "lost frames counted from frame 0 if the first frame was lost",
         "streams/recover.py",
         "        if self._first_frame is None:\n            return None\n"
@@ -96,49 +106,49 @@ MUTANTS = (
         "        return (self._first_frame or 0) +",
         only_category="damaged",
     ),
-    mutant(
+    make_mutant(
         "recovery resumes at a past sequence number",
         "streams/resync.py",
         "if header.sequence < self.sequence or header.length > self.max_payload_bytes:",
         "if header.length > self.max_payload_bytes:",
         only_category="damaged",
     ),
-    mutant(
+    make_mutant(
         "recovery resumes at a TAIL of any length",
         "streams/resync.py",
         "return header.length == TAIL_BYTES",
         "return True",
         only_category="damaged",
     ),
-    mutant(
+    make_mutant(
         "a negative number of lost frames reported",
         "streams/recover.py",
         "or self._next_frame is None or self._next_frame < expected_frame:",
         "or self._next_frame is None:",
         only_category="damaged",
     ),
-    mutant(
+    make_mutant(
         "a frame rejected after resuming is not counted as lost",
         "streams/recover.py",
         "        return self._next_frame - expected_frame\n",
         "        self._next_frame += 1\n        return self._next_frame - 1 - expected_frame\n",
         only_category="damaged",
     ),
-    mutant(
+    make_mutant(
         "damaged ancillary chunks counted as lost frames",
         "streams/recover.py",
         "elif header is not None and header.is_ancillary and",
         "elif False and header is not None and",
     ),
-    mutant(
+    make_mutant(
         "INDX need not end where TAIL begins",
         "streams/seek.py",
         "if index is None or reader.offset != tail_offset:",
         "if index is None:",
     ),
-    mutant(
+    make_mutant(
         "seek points not checked against the frame",
-        _STREAM,
+        _STREAM_FILE,
         "if seek_target not in (None, point):",
         "if False:",
     ),

@@ -22,7 +22,7 @@ class Mutant:
     only_category: str = ""
 
 
-def mutant(name: str, file: str, *texts: str, only_category: str = "") -> Mutant:
+def make_mutant(name: str, file: str, *texts: str, only_category: str = "") -> Mutant:
     """Return a mutant that changes one file; `texts` alternates between old and new text."""
     pairs = zip(texts[::2], texts[1::2], strict=True)
     return Mutant(name, tuple((file, old, new) for old, new in pairs), only_category)

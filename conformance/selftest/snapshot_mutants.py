@@ -1,103 +1,103 @@
 """Mistakes in snapshots (SPEC 7.9, 8.9, 11)."""
 
-from mutant import Mutant, mutant
+from mutant import Mutant, make_mutant
 
-_PLANES = "format/coding/snapshot_planes.py"
-_FRAMES = "decoder/frames.py"
-_STREAM = "decoder/stream_decoder.py"
-_SEEK = "streams/seek.py"
-_RESYNC = "streams/resync.py"
-_CONTAINER = "format/container.py"
+_PLANES_FILE = "format/coding/snapshot_planes.py"
+_FRAMES_FILE = "decoder/frames.py"
+_STREAM_FILE = "decoder/stream_decoder.py"
+_SEEK_FILE = "streams/seek.py"
+_RESYNC_FILE = "streams/resync.py"
+_CONTAINER_FILE = "format/container.py"
 
 MUTANTS: tuple[Mutant, ...] = (
-    mutant(
+    make_mutant(
         "survivors kept in the order of the CANO",
-        _PLANES,
+        _PLANES_FILE,
         '    return np.argsort(interleave(offsets), kind="stable")\n',
         "    return np.arange(gaussians.count)\n",
     ),
-    mutant(
+    make_mutant(
         "new Gaussians sorted before survivors at the same position",
-        _PLANES,
+        _PLANES_FILE,
         '    return np.argsort(interleave(offsets), kind="stable")\n',
         '    return np.argsort(interleave(offsets)[::-1], kind="stable")[::-1]\n',
     ),
-    mutant(
+    make_mutant(
         "position differences not relative to the previous survivor",
-        _PLANES,
+        _PLANES_FILE,
         "            coded[field, changed] = np.cumsum(steps, axis=1)\n",
         "            coded[field, changed] = steps\n",
     ),
-    mutant(
+    make_mutant(
         "rotation components added even if the rotation index changes",
-        _PLANES,
+        _PLANES_FILE,
         "    sums[components, index_changed] = rows[components, index_changed]\n",
         "",
     ),
-    mutant(
+    make_mutant(
         "sum of rotation indices not taken modulo 4",
-        _PLANES,
+        _PLANES_FILE,
         "    sums[index] %= 1 << ROTATION_INDEX_BITS\n",
         "    sums[index] = np.minimum(sums[index], 3)\n",
     ),
-    mutant(
+    make_mutant(
         "field bits of survivors coded without contexts",
-        _PLANES,
+        _PLANES_FILE,
         'planes.code(f"survivors, {name}", changed_fields, is_changed)',
         'planes.code(f"survivors, {name}", 0 * changed_fields, is_changed)',
     ),
-    mutant(
+    make_mutant(
         "differences of survivors coded without contexts",
-        _PLANES,
+        _PLANES_FILE,
         "        magnitude_sums += np.abs(coded[row_index])\n",
         "",
     ),
-    mutant(
+    make_mutant(
         "extent of positions in snapshots not limited",
-        _PLANES,
+        _PLANES_FILE,
         "    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:",
         "    if False:",
     ),
-    mutant(
+    make_mutant(
         "snapshots without Gaussians accepted",
-        _FRAMES,
+        _FRAMES_FILE,
         "    if snapshot.gaussians.count == 0:",
         "    if False:",
     ),
-    mutant(
+    make_mutant(
         "snapshots that refer to another CANO accepted",
-        _STREAM,
+        _STREAM_FILE,
         "        if snapshot.canonical != self.reference.frame:",
         "        if False:",
     ),
-    mutant(
+    make_mutant(
         "snapshots coded relative to the previous snapshot",
-        _STREAM,
+        _STREAM_FILE,
         "        gaussians = self.reference.gaussians\n",
         "        from quarc_ref.encoder.requantize import requantize\n"
         "        gaussians = requantize(self._state.scene)\n",
     ),
-    mutant(
+    make_mutant(
         "seeking to a snapshot decodes the first CANO of the stream",
-        _SEEK,
+        _SEEK_FILE,
         "    point = points.find_by_frame(_read_frame_number(reader, header, _FRAME_BYTES))",
         "    point = points[0]",
     ),
-    mutant(
+    make_mutant(
         "recovery resumes at a snapshot that refers to another CANO",
-        _RESYNC,
+        _RESYNC_FILE,
         "        if header.kind == container.SNAP and parse_frame_number(",
         "        if header.kind == b'none' and parse_frame_number(",
     ),
-    mutant(
+    make_mutant(
         "recovery never resumes at a snapshot",
-        _RESYNC,
+        _RESYNC_FILE,
         "            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES\n",
         "            return False\n",
     ),
-    mutant(
+    make_mutant(
         "snapshots accepted in streams without the feature",
-        _CONTAINER,
+        _CONTAINER_FILE,
         "        is_known = stream_header is not None and stream_header.snapshots\n",
         "        is_known = True\n",
     ),

@@ -1,74 +1,74 @@
 """Mistakes in reconstructing the state of a frame (SPEC 7, 9)."""
 
-from mutant import Mutant, mutant
+from mutant import Mutant, make_mutant
 
-_RECONSTRUCT = "decoder/reconstruct.py"
-_FRAMES = "decoder/frames.py"
-_LIMITS = "decoder/limits.py"
-_RANGES = "decoder/ranges.py"
-_DIGEST = "decoder/digest.py"
-_ROTATION = "decoder/rotation.py"
-_STREAM = "decoder/stream_decoder.py"
-_TURNING = "rotated = np.flatnonzero(np.any(sums, axis=0))"
-_DEATHS = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
-_CANONICAL = "        self._state = decode(chunk, self._seek_target)\n"
-_NORMALIZED = "_normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)\n"
+_RECONSTRUCT_FILE = "decoder/reconstruct.py"
+_FRAMES_FILE = "decoder/frames.py"
+_LIMITS_FILE = "decoder/limits.py"
+_RANGES_FILE = "decoder/ranges.py"
+_DIGEST_FILE = "decoder/digest.py"
+_ROTATION_FILE = "decoder/rotation.py"
+_STREAM_FILE = "decoder/stream_decoder.py"
+_TURNING_CODE = "rotated = np.flatnonzero(np.any(sums, axis=0))"
+_DEATHS_CODE = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
+_CANONICAL_CODE = "        self._state = decode(chunk, self._seek_target)\n"
+_NORMALIZED_CODE = "_normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
-    mutant(
+    make_mutant(
         "one Gaussian fewer allowed than the level allows",
-        _LIMITS,
+        _LIMITS_FILE,
         "if count > header.limits.gaussians:",
         "if count >= header.limits.gaussians:",
     ),
-    mutant(
+    make_mutant(
         "one birth fewer allowed than the level allows",
-        _LIMITS,
+        _LIMITS_FILE,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
         only_category="levels",
     ),
-    mutant(
+    make_mutant(
         "memory allocated for the declared number of Gaussians at the unlimited level",
-        _LIMITS,
+        _LIMITS_FILE,
         '    _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         only_category="resource",
     ),
-    mutant(
+    make_mutant(
         "positions outside the lattice accepted",
-        _RANGES,
+        _RANGES_FILE,
         "    if _any_beyond(positions, POSITION_LIMIT):",
         "    if False:",
     ),
-    mutant(
+    make_mutant(
         "codes out of range accepted",
-        _RANGES,
+        _RANGES_FILE,
         "    if _any_beyond(codes, CODE_LIMIT):",
         "    if False:",
     ),
-    mutant(
+    make_mutant(
         "state CRC not checked",
-        _FRAMES,
+        _FRAMES_FILE,
         "    if state_crc(scene) != stored_crc:",
         "    if stored_crc is None:",
     ),
-    mutant(
+    make_mutant(
         "state CRC covers all fields in every frame",
-        _DIGEST,
+        _DIGEST_FILE,
         "covers_all_fields = scene.phase % scene.header.full_crc_interval == 0",
         "covers_all_fields = True",
     ),
-    mutant(
+    make_mutant(
         "anchors sampled only after a canonical frame",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "if anchors is None or "
         "previous_scene.phase % previous_scene.header.resample_interval == 0:",
         "if anchors is None:",
     ),
-    mutant(
+    make_mutant(
         "anchors sampled one frame early",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "or previous_scene.phase % previous_scene.header.resample_interval == 0:",
         "or scene.phase % scene.header.resample_interval == 0:",
     ),
@@ -76,12 +76,12 @@ MUTANTS = (
         "deaths chosen after the motion instead of before",
         (
             (
-                _FRAMES,
+                _FRAMES_FILE,
                 "    state = begin_frame(state, chunk.death_count)\n",
                 "    before, state = state, begin_frame(state, 0)\n",
             ),
             (
-                _FRAMES,
+                _FRAMES_FILE,
                 "    state = decode_births(state, chunk.births, chunk.birth_count)\n",
                 "    gone = choose_deaths(before.scene, chunk.death_count)\n"
                 "    motion = np.delete(state.motion, gone, axis=1)\n"
@@ -90,7 +90,7 @@ MUTANTS = (
                 "    state = decode_births(state, chunk.births, chunk.birth_count)\n",
             ),
             (
-                _FRAMES,
+                _FRAMES_FILE,
                 "from quarc_ref.decoder.digest import",
                 "import numpy as np\n"
                 "from quarc_ref.decoder.reconstruct import choose_deaths\n"
@@ -98,91 +98,94 @@ MUTANTS = (
             ),
         ),
     ),
-    mutant(
+    make_mutant(
         "the last of Gaussians with equal opacities dies first",
-        _RECONSTRUCT,
-        _DEATHS,
+        _RECONSTRUCT_FILE,
+        _DEATHS_CODE,
         "order = np.argsort(scene.codes[OPACITY.start][::-1], kind='stable')\n"
         "    order = scene.count - 1 - order",
     ),
-    mutant(
+    make_mutant(
         "opacities compared as unsigned integers",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "np.argsort(scene.codes[OPACITY.start],",
         "np.argsort(scene.codes[OPACITY.start].astype(np.uint16),",
     ),
-    mutant(
+    make_mutant(
         "new Gaussians follow their parents' anchors",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])\n",
         "replace(state.anchors, binding=np.delete(np.hstack([state.anchors.binding,"
         " state.anchors.binding[:, state.births.parents]"
         " if state.births else state.anchors.binding[:, :0]]), deleted, axis=1))\n",
     ),
-    mutant(
+    make_mutant(
         "ids of deleted Gaussians reused",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "np.append(scene.ids, state.next_id + np.arange(newborn.count))",
         "np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count))",
     ),
-    mutant(
+    make_mutant(
         "positions of parents taken before the motion",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "scene.positions[:, births.parents] + newborn",
         "scene.positions[:, births.parents]"
         " - state.motion[:3, births.parents] * header.translation_step + newborn",
     ),
-    mutant(
+    make_mutant(
         "motion of deleted Gaussians remembered",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "is_alive = state.scene.ids[indices] == owners",
         "is_alive = np.ones(indices.shape, np.bool_)",
     ),
-    mutant(
+    make_mutant(
         "previous_contexts ignored",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "level_motion if use_previous else np.zeros_like(level_motion)",
         "level_motion",
     ),
-    mutant(
+    make_mutant(
         "counts kept at a canonical frame",
-        _STREAM,
-        _CANONICAL,
+        _STREAM_FILE,
+        _CANONICAL_CODE,
         "        before = self._state\n"
-        f"{_CANONICAL}"
+        f"{_CANONICAL_CODE}"
         "        if before is not None:\n"
         "            self._state = replace(self._state, motion_counts=before.motion_counts,"
         " birth_counts=before.birth_counts)\n",
         "from typing import Any\n",
         "from dataclasses import replace\nfrom typing import Any\n",
     ),
-    mutant(
+    make_mutant(
         "rotations normalized again even if the residuals sum to 0",
-        _RECONSTRUCT,
-        _TURNING,
+        _RECONSTRUCT_FILE,
+        _TURNING_CODE,
         "rotated = np.arange(scene.count)",
         only_category="traps",
     ),
-    mutant(
+    make_mutant(
         "rotation residuals with only w ignored",
-        _RECONSTRUCT,
-        _TURNING,
+        _RECONSTRUCT_FILE,
+        _TURNING_CODE,
         "rotated = np.flatnonzero(np.any(sums[-3:], axis=0))",
     ),
-    mutant(
+    make_mutant(
         "rotation residual multiplied on the left",
-        _ROTATION,
+        _ROTATION_FILE,
         "    aw, ax, ay, az = rotations.astype(np.int64)\n    bw, bx, by, bz = residuals\n",
         "    aw, ax, ay, az = residuals\n    bw, bx, by, bz = rotations.astype(np.int64)\n",
     ),
-    mutant(
+    make_mutant(
         "w of rotations made positive",
-        _ROTATION,
-        f"    rounded = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED}",
-        f"    rounded = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED}"
+        _ROTATION_FILE,
+        f"    rounded = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED_CODE}",
+        f"    rounded = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED_CODE}"
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
-    mutant(
-        "rotations with a norm above 1 accepted", _ROTATION, " or np.any(squared_largest < 0):", ":"
+    make_mutant(
+        "rotations with a norm above 1 accepted",
+        _ROTATION_FILE,
+        " or np.any(squared_largest < 0):",
+        ":",
     ),
 )

@@ -1,175 +1,175 @@
 """Mistakes in updates (SPEC 7.8, 8.8)."""
 
-from mutant import Mutant, mutant
+from mutant import Mutant, make_mutant
 
-_UPDATES = "decoder/updates.py"
-_PLANES = "format/coding/update_planes.py"
-_RECONSTRUCT = "decoder/reconstruct.py"
-_FRAMES = "decoder/frames.py"
-_WIRE = "format/wire.py"
+_UPDATES_FILE = "decoder/updates.py"
+_PLANES_FILE = "format/coding/update_planes.py"
+_RECONSTRUCT_FILE = "decoder/reconstruct.py"
+_FRAMES_FILE = "decoder/frames.py"
+_WIRE_FILE = "format/wire.py"
 
 MUTANTS: tuple[Mutant, ...] = (
-    mutant(
+    make_mutant(
         "updates ignored",
-        _FRAMES,
+        _FRAMES_FILE,
         "state = decode_updates(state, chunk.updates)",
         "pass",
     ),
-    mutant(
+    make_mutant(
         "updates expected by the minor version instead of the feature bit",
-        _WIRE,
+        _WIRE_FILE,
         "        parsed[name] = bool(version.incompatible_features & bit)\n",
         "        parsed[name] = version.version_minor == 1 and bit != 4\n",
     ),
-    mutant(
+    make_mutant(
         "updates may delete all Gaussians",
-        _UPDATES,
+        _UPDATES_FILE,
         "if deleted.size == state.scene.count:",
         "if False:",
     ),
-    mutant(
+    make_mutant(
         "updated positions outside the lattice accepted",
-        _UPDATES,
+        _UPDATES_FILE,
         "narrow_positions(new_positions)",
         "new_positions",
     ),
-    mutant(
+    make_mutant(
         "updated codes out of range accepted",
-        _UPDATES,
+        _UPDATES_FILE,
         "narrow_codes(new_codes)",
         "new_codes",
     ),
-    mutant(
+    make_mutant(
         "rotation residuals not limited",
-        _UPDATES,
+        _UPDATES_FILE,
         "if np.abs(residuals).max(initial=0) > ROTATION_UNITY_LIMIT:",
         "if False:",
     ),
-    mutant(
+    make_mutant(
         "rotation residuals of 256 rejected",
-        _UPDATES,
+        _UPDATES_FILE,
         "max(initial=0) > ROTATION_UNITY_LIMIT:",
         "max(initial=0) >= ROTATION_UNITY_LIMIT:",
     ),
-    mutant(
+    make_mutant(
         "rotation residuals relative to L times unity",
-        _UPDATES,
+        _UPDATES_FILE,
         "np.full_like(residuals[:1], scene.header.rotation_unity)",
         "np.full_like(residuals[:1], scene.header.rotation_unity * scene.header.level_count)",
     ),
-    mutant(
+    make_mutant(
         "rotations normalized again even if their residual is 0",
-        _UPDATES,
+        _UPDATES_FILE,
         "rotated_columns = np.flatnonzero(np.any(residuals[ROTATION], axis=0))",
         "rotated_columns = np.arange(indices.size)",
     ),
-    mutant(
+    make_mutant(
         "translations of updates in position steps",
-        _UPDATES,
+        _UPDATES_FILE,
         "residuals[TRANSLATION] * scene.header.translation_step",
         "residuals[TRANSLATION] * scene.header.position_step",
     ),
-    mutant(
+    make_mutant(
         "recency grows beyond its maximum",
-        _UPDATES,
+        _UPDATES_FILE,
         "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
         "np.minimum(state.known_recency + 1, 9)",
     ),
-    mutant(
+    make_mutant(
         "recency forgotten after one frame",
-        _UPDATES,
+        _UPDATES_FILE,
         "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
         "np.full(state.scene.count, RECENCY_LIMIT)",
     ),
-    mutant(
+    make_mutant(
         "recency reset only for Gaussians with a residual",
-        _UPDATES,
+        _UPDATES_FILE,
         "    recency[updates.gaussians] = 0\n",
         "    there = updates.dies | np.any(updates.residuals, axis=0)\n"
         "    recency[updates.gaussians[there]] = 0\n",
     ),
-    mutant(
+    make_mutant(
         "recency unchanged in frames without updates",
-        _UPDATES,
+        _UPDATES_FILE,
         "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
         "np.minimum(state.known_recency + bool(updates.count), RECENCY_LIMIT)",
     ),
-    mutant(
+    make_mutant(
         "new Gaussians start with the maximum recency",
-        _RECONSTRUCT,
+        _RECONSTRUCT_FILE,
         "recency = np.append(recency, np.zeros(newborn.count, dtype=np.int16))",
         "recency = np.append(recency, np.full(newborn.count, 3, dtype=np.int16))",
     ),
-    mutant(
+    make_mutant(
         "Gaussians of canonical frames start with recency 0",
         "decoder/canonical.py",
         "recency = np.full(count, RECENCY_LIMIT, dtype=np.int16)",
         "recency = np.zeros(count, dtype=np.int16)",
     ),
-    mutant(
+    make_mutant(
         "bindings assigned to the wrong Gaussians after a deletion",
-        _UPDATES,
+        _UPDATES_FILE,
         "anchors=state.known_anchors.without(deleted)",
         "anchors=replace(state.known_anchors,"
         " binding=state.known_anchors.binding[:, : scene.count])",
     ),
-    mutant(
+    make_mutant(
         "motion assigned to the wrong Gaussians after a deletion",
-        _UPDATES,
+        _UPDATES_FILE,
         "        motion=np.delete(state.motion, deleted, axis=1),\n",
         "        motion=state.motion[:, : scene.count].copy(),\n",
     ),
-    mutant(
+    make_mutant(
         "indices of updates counted after deletions instead of before",
-        _UPDATES,
+        _UPDATES_FILE,
         "    surviving -= np.searchsorted(deleted, surviving)\n",
         "    surviving = np.minimum(surviving, state.scene.count - deleted.size - 1)\n",
     ),
-    mutant(
+    make_mutant(
         "counts of updates reset in every frame",
-        _FRAMES,
+        _FRAMES_FILE,
         "return apply_updates(replace(state, update_counts=counts), updates)",
         "return update(state, updates)",
     ),
-    mutant(
+    make_mutant(
         "contexts of updates do not depend on motion",
-        _PLANES,
+        _PLANES_FILE,
         "(1 + (motion_sums > 1) + (motion_sums > _LARGE_MOTION))",
         "0",
     ),
-    mutant(
+    make_mutant(
         "motion of 3 steps coded in the context of far motion",
-        _PLANES,
+        _PLANES_FILE,
         "_LARGE_MOTION = 3\n",
         "_LARGE_MOTION = 2\n",
     ),
-    mutant(
+    make_mutant(
         "contexts of deletions do not depend on recency",
-        _PLANES,
+        _PLANES_FILE,
         "context.recency[changed].astype(np.int64), dies[changed]",
         "np.zeros_like(changed), dies[changed]",
     ),
-    mutant(
+    make_mutant(
         "field bits of updates coded without contexts",
-        _PLANES,
+        _PLANES_FILE,
         'planes.code(f"updates, {name}", changed_fields, is_changed)',
         'planes.code(f"updates, {name}", np.zeros_like(changed_fields), is_changed)',
     ),
-    mutant(
+    make_mutant(
         "contexts of residuals depend only on the last residual",
-        _PLANES,
+        _PLANES_FILE,
         "            residual_sums += coded[row, changed]\n",
         "            residual_sums = coded[row, changed]\n",
     ),
-    mutant(
+    make_mutant(
         "contexts of residuals do not depend on other residuals",
-        _PLANES,
+        _PLANES_FILE,
         "contexts = 3 * row + 1 + np.sign(residual_sums)",
         "contexts = 3 * row + 1 + 0 * residual_sums",
     ),
-    mutant(
+    make_mutant(
         "residuals of all rows share contexts",
-        _PLANES,
+        _PLANES_FILE,
         "contexts = 3 * row + 1 + np.sign(residual_sums)",
         "contexts = 1 + np.sign(residual_sums)",
     ),

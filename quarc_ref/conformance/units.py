@@ -43,16 +43,16 @@ def answer_unit(function: str, inputs: dict[str, Any]) -> Iterator[dict[str, Any
     yield {"output": UNITS[function](**inputs)}
 
 
-def _column(numbers: list[Any]) -> Int64:
+def _make_column(numbers: list[Any]) -> Int64:
     return np.array([int(number) for number in numbers], dtype=np.int64)[:, None]
 
 
-def _list(numbers: Int64 | Int32) -> list[int]:
+def _flatten(numbers: Int64 | Int32) -> list[int]:
     listed: list[int] = numbers.reshape(-1).tolist()
     return listed
 
 
-def _crc(**fields: str) -> int:
+def _compute_crc(**fields: str) -> int:
     return zlib.crc32(bytes.fromhex(fields["bytes"]))
 
 
@@ -61,38 +61,45 @@ def _divide_round(n: int | str, d: int) -> int:
 
 
 def _philox(counter: list[int], key: list[int]) -> list[int]:
-    return _list(philox(_column(counter).astype(np.uint64), key[0] | key[1] << 32))
+    return _flatten(philox(_make_column(counter).astype(np.uint64), key[0] | key[1] << 32))
 
 
-def _anchor_counts(gaussians: int, **header: int) -> list[int]:
+def _count_anchors(gaussians: int, **header: int) -> list[int]:
     return list(count_anchors(gaussians, StreamHeader(**header)))  # type: ignore[arg-type]
 
 
-def _sample(
+def _sample_anchors(
     ids: list[int], positions: list[list[int]], seed: int | str, phase: int, **header: int
 ) -> list[list[int]]:
     stream = StreamHeader(seed=int(seed), sh_degree=0, **header)  # type: ignore[arg-type]
-    anchors = sample_anchors(_scene(stream, ids, positions, phase))
-    return [_list(level.owners) for level in anchors.levels]
+    anchors = sample_anchors(_make_scene(stream, ids, positions, phase))
+    return [_flatten(level.owners) for level in anchors.levels]
 
 
-def _bind(positions: list[list[int]], anchors: list[list[int]]) -> list[int]:
+def _bind_positions(positions: list[list[int]], anchors: list[list[int]]) -> list[int]:
     gaussian_positions = np.array(positions, dtype=np.int32).T
     anchor_positions = np.array(anchors, dtype=np.int32).T
     nearest = bind(gaussian_positions, anchor_positions, 0)
     if not np.array_equal(nearest, bind_exhaustively(gaussian_positions, anchor_positions)):
         message = "`bind` and `bind_exhaustively` found different nearest anchors"
         raise AssertionError(message)
-    return _list(nearest)
+    return _flatten(nearest)
 
 
-def _deaths(opacities: list[int], count: int) -> list[int]:
-    scene = _scene(StreamHeader(sh_degree=0), range(len(opacities)), [[0, 0, 0]] * len(opacities))
+def _choose_deaths(opacities: list[int], count: int) -> list[int]:
+    scene = _make_scene(
+        StreamHeader(sh_degree=0), range(len(opacities)), [[0, 0, 0]] * len(opacities)
+    )
     scene.codes[OPACITY.start] = opacities
-    return sorted(_list(choose_deaths(scene, count)))
+    return sorted(_flatten(choose_deaths(scene, count)))
 
 
-def _scene(header: StreamHeader, ids: Any, positions: list[list[int]], phase: int = 1) -> Scene:  # noqa: ANN401
+def _make_scene(
+    header: StreamHeader,
+    ids: Any,  # noqa: ANN401
+    positions: list[list[int]],
+    phase: int = 1,
+) -> Scene:
     rotations = np.zeros((4, len(positions)), dtype=np.int32)
     rotations[0] = ROTATION_ONE
     codes = np.zeros((header.code_planes, len(positions)), dtype=np.int16)
@@ -102,25 +109,27 @@ def _scene(header: StreamHeader, ids: Any, positions: list[list[int]], phase: in
     )
 
 
-def _expand(rotation_bits: int, j: int, abc: list[int]) -> list[int]:
-    return _list(expand_rotations(_column([j, *abc]), rotation_bits))
+def _expand_rotation(rotation_bits: int, j: int, abc: list[int]) -> list[int]:
+    return _flatten(expand_rotations(_make_column([j, *abc]), rotation_bits))
 
 
-def _turn(rotation: list[int], sums: list[int]) -> list[int]:
-    return _list(rotate(_column(rotation).astype(np.int32), normalize_sums(_column(sums))))
+def _rotate(rotation: list[int], sums: list[int]) -> list[int]:
+    return _flatten(
+        rotate(_make_column(rotation).astype(np.int32), normalize_sums(_make_column(sums)))
+    )
 
 
-def _weight_by_counts(zeros: int, ones: int) -> int:
-    return int(_counts((zeros, ones)).weights(_MODEL, np.array([0]))[0])
+def _compute_weight(zeros: int, ones: int) -> int:
+    return int(_make_counts((zeros, ones)).weights(_MODEL, np.array([0]))[0])
 
 
 def _add_counts(before: list[int], plane: list[int]) -> list[int]:
-    counts = _counts(tuple(before))
+    counts = _make_counts(tuple(before))
     counts.add_bits(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
-    return _list(counts.look_up_counts(_MODEL, np.array([0])))
+    return _flatten(counts.look_up_counts(_MODEL, np.array([0])))
 
 
-def _counts(counted_bits: tuple[int, ...]) -> ContextCounts:
+def _make_counts(counted_bits: tuple[int, ...]) -> ContextCounts:
     counts = ContextCounts()
     counts.add_bits(_MODEL, np.array([0]), np.array([counted_bits[0]]), np.array([counted_bits[1]]))
     return counts
@@ -133,35 +142,35 @@ def _decode_bits(words: list[int], weights: list[int]) -> list[int]:
     return bits
 
 
-def _read(words: list[int]) -> PlaneReader:
+def _make_plane_reader(words: list[int]) -> PlaneReader:
     return PlaneReader(Section(np.array(words, dtype=np.uint32)), ContextCounts())
 
 
 def _make_value_unit(code: Callable[..., Int64]) -> Callable[..., list[int]]:
     def run_unit(words: list[int], contexts: list[int], width: int) -> list[int]:
-        reader, context_array = _read(words), np.array(contexts, dtype=np.int64)
+        reader, context_array = _make_plane_reader(words), np.array(contexts, dtype=np.int64)
         numbers = code(reader, _MODEL, context_array, width, np.zeros_like(context_array))
         reader.finish()
-        return _list(numbers)
+        return _flatten(numbers)
 
     return run_unit
 
 
-def _ascending(words: list[int], count: int) -> list[int]:
-    reader = _read(words)
+def _read_ascending(words: list[int], count: int) -> list[int]:
+    reader = _make_plane_reader(words)
     numbers = code_ascending(reader, _MODEL, np.zeros(count, dtype=np.int64))
     reader.finish()
-    return _list(numbers)
+    return _flatten(numbers)
 
 
-def _dequantize(code: int, step: str) -> str:
+def _dequantize_opacity(code: int, step: str) -> str:
     stored = np.array([int(step, 16)], dtype="<u4").view("<f4")[0]
-    scene = _scene(StreamHeader(sh_degree=0, opacity_step=float(stored)), [0], [[0, 0, 0]])
+    scene = _make_scene(StreamHeader(sh_degree=0, opacity_step=float(stored)), [0], [[0, 0, 0]])
     scene.codes[OPACITY.start] = code
     return f"{dequantize(scene).opacities.view('<u4')[0]:08x}"
 
 
-def _digest(
+def _compute_digests(
     phase: int, ids: list[int], *, positions: list[Any], rotations: list[Any], codes: list[Any]
 ) -> dict[str, Any]:
     position_planes, rotation_planes = (
@@ -187,27 +196,27 @@ def _digest(
 
 
 UNITS: dict[str, Callable[..., _JsonValue]] = {
-    "crc": _crc,
+    "crc": _compute_crc,
     "divide_round": _divide_round,
     "isqrt": lambda v: int(arithmetic.isqrt(np.array([int(v)]))[0]),
     "bit_length": lambda v: int(arithmetic.bit_length(np.array([int(v)]))[0]),
-    "morton": lambda position: int(interleave(_column(position))[0]),
-    "dequantize": _dequantize,
-    "normalize": lambda vector: _list(normalize_sums(_column(vector))),
-    "expand": _expand,
-    "turn": _turn,
+    "morton": lambda position: int(interleave(_make_column(position))[0]),
+    "dequantize": _dequantize_opacity,
+    "normalize": lambda vector: _flatten(normalize_sums(_make_column(vector))),
+    "expand": _expand_rotation,
+    "turn": _rotate,
     "philox": _philox,
-    "anchor_counts": _anchor_counts,
-    "sample": _sample,
-    "bind": _bind,
-    "deaths": _deaths,
+    "anchor_counts": _count_anchors,
+    "sample": _sample_anchors,
+    "bind": _bind_positions,
+    "deaths": _choose_deaths,
     "weight_of_code": weight_of_code,
-    "weight_by_counts": _weight_by_counts,
+    "weight_by_counts": _compute_weight,
     "counts": _add_counts,
     "decode_bits": _decode_bits,
     "fixed": _make_value_unit(values.code_fixed),
     "unsigned": _make_value_unit(values.code_unsigned),
     "signed": _make_value_unit(values.code_signed),
-    "ascending": _ascending,
-    "digest": _digest,
+    "ascending": _read_ascending,
+    "digest": _compute_digests,
 }

@@ -181,6 +181,10 @@ def _write(form: str, contexts: tuple[int, ...], values: tuple[int, ...]):
 def _read(section: PlainSection, form: str, contexts: list[int]) -> list[int]:
     width = int(form[-2])
     if form[0] == "A":
-        return plain_planes.ascending(section, "n", len(contexts), width)
-    readers = {"F": plain_planes.fixed, "U": plain_planes.unsigned, "S": plain_planes.signed}
+        return plain_planes.read_ascending(section, "n", len(contexts), width)
+    readers = {
+        "F": plain_planes.read_fixed,
+        "U": plain_planes.read_unsigned,
+        "S": plain_planes.read_signed,
+    }
     return readers[form[0]](section, "n", contexts, width)

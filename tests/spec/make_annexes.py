@@ -49,7 +49,7 @@ def make_regions(spec: str) -> dict[str, str]:
 
 def make_page(name: str, data: bytes, stream: PlainStream) -> str:
     parts = [
-        annex_pages.introduction(data, spec_text.dump_path(name)),
+        annex_pages.introduction(data, spec_text.make_dump_path(name)),
         "The frames:\n\n" + annex_pages.digests(stream, name),
         "The fields:\n\n" + annex_pages.fields(stream, name),
     ]
@@ -74,7 +74,9 @@ def main() -> None:
         spec = spec_text.replace_region(spec, name, body)
     spec_text.SPEC.write_text(spec, "utf-8")
     for name, data in streams().items():
-        (spec_text.ROOT / spec_text.dump_path(name)).write_text(annex_pages.dump(data), "utf-8")
+        (spec_text.ROOT / spec_text.make_dump_path(name)).write_text(
+            annex_pages.dump(data), "utf-8"
+        )
 
 
 if __name__ == "__main__":

@@ -44,14 +44,14 @@ def _change_name(line: str) -> Iterator[str]:
 
 
 def _change_type(line: str) -> Iterator[str]:
-    name, kind, *rest = spec_text.table_cells(line)
+    name, kind, *rest = spec_text.split_table_row(line)
     other_types = {"u8": "u16", "u16": "u8", "u32": "i32", "i32": "u32", "u64": "u32", "f32": "u32"}
     yield f"| {name} | {other_types.get(kind, 'u8')} | {' | '.join(rest)} |"
 
 
 def _change_cell(line: str) -> Iterator[str]:
     """Yield the row once per cell, with the last letter of this cell changed."""
-    cells = spec_text.table_cells(line)
+    cells = spec_text.split_table_row(line)
     for i, cell in enumerate(cells):
         new_cell = cell[:-1] + ("1" if cell[-1:] != "1" else "2")
         yield "| " + " | ".join([*cells[:i], new_cell, *cells[i + 1 :]]) + " |"
@@ -80,7 +80,7 @@ def _expect_detection(texts: Iterator[str], check: Check, at_least: int) -> None
 @pytest.mark.parametrize("mutate", [_increase_a_number, _change_name])
 def test_a_wrong_constant_is_detected(mutate):
     def change_value(line: str) -> Iterator[str]:
-        name, value, meaning = spec_text.table_cells(line)
+        name, value, meaning = spec_text.split_table_row(line)
         for new_cells in mutate(f"| {name} | {value} |"):
             yield f"{new_cells} {meaning} |" if new_cells else new_cells
 
@@ -105,7 +105,7 @@ def test_a_wrong_row_of_syntax_is_detected(name, mutate):
 @pytest.mark.parametrize("name", ["STREAM_HEADER", "CANONICAL", "FRAME"])
 def test_a_wrong_range_is_detected(name):
     def change_range(line: str) -> Iterator[str]:
-        field, kind, range_text, meaning = spec_text.table_cells(line)
+        field, kind, range_text, meaning = spec_text.split_table_row(line)
         new_ranges = (
             _increase_a_number(range_text)
             if range_text and not range_text.startswith("of")
@@ -174,7 +174,7 @@ def test_a_wrong_digest_or_number_of_a_frame_is_detected(name):
 @pytest.mark.parametrize("name", [table.marker for table in TABLES])
 def test_a_wrong_known_answer_is_detected(name):
     def change_answer(line: str) -> Iterator[str]:
-        *cells, answer = spec_text.table_cells(line)
+        *cells, answer = spec_text.split_table_row(line)
         new_answer = answer[:-1] + ("1" if answer[-1] != "1" else "2")
         yield f"| {' | '.join(cells)} | {new_answer} |"
 
