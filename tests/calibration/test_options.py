@@ -85,7 +85,7 @@ def test_lenses_of_other_cameras_or_sizes_are_rejected(picture_folder, shared_le
         write_capture(shared_lens_rig, folder)
     with pytest.raises(CalibrationError, match="no lens for camera elsewhere"):
         read_lenses(tmp_path / "capture", ["elsewhere"], [(320, 240)])
-    with pytest.raises(CalibrationError, match="its recording is 64x48"):
+    with pytest.raises(CalibrationError, match="the camera's recording is 64x48"):
         read_lenses(tmp_path / "capture", find_recordings(picture_folder).names[:1], [(64, 48)])
 
 
