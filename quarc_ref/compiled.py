@@ -75,10 +75,10 @@ class _KernelCache(FunctionCache):
 
 def cached_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa: ANN401
     """Return a decorator for kernels whose machine code is cached on disk."""
-    compiled = numba.njit(error_model="numpy", **options)
+    compile_kernel = numba.njit(error_model="numpy", **options)
 
     def decorate(function: Callable[..., Any]) -> Any:  # noqa: ANN401
-        kernel = compiled(function)
+        kernel = compile_kernel(function)
         if hasattr(kernel, "_cache"):  # missing if compilation is disabled
             kernel._cache = _KernelCache(function)
         return kernel

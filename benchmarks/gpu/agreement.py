@@ -92,10 +92,10 @@ def _compare(
     picture_error = max(figures["image_max_abs"], figures["alpha_max_abs"])
     relative_gradient_error = max(figures[f"{name}_relative"] for name in _LEAF_NAMES)
     gradient_error = max(figures[f"{name}_max_abs"] for name in _LEAF_NAMES)
-    first, second = (f"{backend.rasterizer.name}" for backend in backends)
+    first_name, second_name = (f"{backend.rasterizer.name}" for backend in backends)
     return Row(
         "backends",
-        f"{first} against {second}, {count:,} Gaussians",
+        f"{first_name} against {second_name}, {count:,} Gaussians",
         f"pictures differ by at most {picture_error:.1e}, gradients by {gradient_error:.1e} "
         f"(relative {relative_gradient_error:.1e})",
         f"at most {_MAX_PICTURE_ERROR:g}; relative {_MAX_RELATIVE_GRADIENT_ERROR:g}",

@@ -30,10 +30,10 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         output = f"{process.stdout[-300:]} {process.stderr[-300:]}"
         message = f"pytest exited with code {process.returncode} and wrote no report: {output}"
         raise RuntimeError(message)
-    notebook.add(count_tests(report, max_skipped=None if sizes.device == "cpu" else 0))
+    notebook.add(summarize_report(report, max_skipped=None if sizes.device == "cpu" else 0))
 
 
-def count_tests(report: Path, max_skipped: int | None) -> Row:
+def summarize_report(report: Path, max_skipped: int | None) -> Row:
     """Return a row that summarizes a pytest report.
 
     Args:

@@ -36,12 +36,12 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
 
 def _measure_psnr(sizes: Sizes, capture: Capture, scene: Scene) -> float:
     device = torch.device(sizes.device)
-    rasterizer, black = choose_rasterizer(device), torch.zeros(3, device=device)
+    rasterizer, background = choose_rasterizer(device), torch.zeros(3, device=device)
     gaussians = from_splats(dequantize(scene), device).activated()
     views = []
     for index, camera in enumerate(capture.cameras):
         with torch.no_grad():
-            image = rasterizer.render(gaussians, camera, black).image
+            image = rasterizer.render(gaussians, camera, background).image
         picture = torch.from_numpy(capture.image(index, 0).copy()).to(device) / 255
         views += measure_views([camera.name], [(image, picture)])
     return mean(view.psnr for view in views)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from gpu.plan import REAL_SIZES, Sizes
 from gpu.rows import Notebook, Row
-from gpu.scene import FRAMES
+from gpu.scene import FRAME_COUNT
 from gpu.training import describe_memory, make_config, train
 from quarc_ref.streams import decode
 from steady_timer import STAGES
@@ -27,7 +27,7 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
             "births.iterations": sizes.iterations,
         }
     )
-    training = train(sizes, folder, notebook, config, FRAMES)
+    training = train(sizes, folder, notebook, config, FRAME_COUNT)
     count = list(decode(training.stream))[-1].count
     seconds = {stage: training.timer.timer.seconds.get(stage, 0.0) for stage in STAGES}
     total_seconds = sum(seconds.values())

@@ -35,7 +35,7 @@ class Sizes:
 
 
 REAL_SIZES = Sizes("cuda", 1352, 1014, 20, 244_000, 100, 15_000, (200, 2000, 20_000))
-DRY_SIZES = Sizes("cpu", 48, 36, 3, 200, 3, 10, (20, 60))
+DRY_RUN_SIZES = Sizes("cpu", 48, 36, 3, 200, 3, 10, (20, 60))
 
 
 class StepFunction(Protocol):
@@ -58,13 +58,13 @@ class Step:
 
     Attributes:
         name: Name of the step in the table.
-        seconds: Time limit of the step in seconds; less if less time is left for all steps.
+        time_limit: Time limit of the step in seconds; less if less time is left for all steps.
         module: Module with the function `run`.
         is_required: Whether a failure of the step stops the run.
     """
 
     name: str
-    seconds: float
+    time_limit: float
     module: str
     is_required: bool = False
 

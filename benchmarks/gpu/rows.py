@@ -69,9 +69,11 @@ def format_table(rows: Sequence[Row]) -> str:
 
 def write_tables(rows: Sequence[Row], folder: Path) -> None:
     """Write the rows to `gpu.md` and `gpu.json` in a folder; existing files are replaced."""
-    finite = [{**asdict(row), "figures": _drop_nonfinite(row.figures)} for row in rows]
+    finite_rows = [{**asdict(row), "figures": _drop_nonfinite(row.figures)} for row in rows]
     (folder / "gpu.md").write_text(format_table(rows))
-    (folder / "gpu.json").write_text(json.dumps({"rows": finite}, indent=2, allow_nan=False) + "\n")
+    (folder / "gpu.json").write_text(
+        json.dumps({"rows": finite_rows}, indent=2, allow_nan=False) + "\n"
+    )
 
 
 def _escape(cell: str) -> str:

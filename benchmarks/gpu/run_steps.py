@@ -12,7 +12,7 @@ from gpu.plan import Step
 from gpu.rows import Notebook, Row
 
 _PROGRAM = Path(__file__).resolve().parents[1] / "gpu.py"
-_MIN_SECONDS = 5.0
+_MIN_STEP_SECONDS = 5.0
 _MAX_MESSAGE_LENGTH = 300
 _STEP_LABEL = "the step"
 
@@ -42,16 +42,16 @@ def run_step(step: Step, time_limit: float, environment: StepEnvironment, rows: 
         rows: List to which rows are appended, even if the run is interrupted.
     """
     notebook = Notebook(environment.folder / make_file_name(step, "jsonl"))
-    start, fault = time.monotonic(), "interrupted"
+    start, failure = time.monotonic(), "interrupted"
     try:
-        fault = (
+        failure = (
             "no time is left"
-            if time_limit < _MIN_SECONDS
+            if time_limit < _MIN_STEP_SECONDS
             else _run_process(step, time_limit, environment)
         )
     finally:
         step_rows, progress = notebook.read()
-        rows += [*step_rows, _make_end_row(step, fault, progress, time.monotonic() - start)]
+        rows += [*step_rows, _make_end_row(step, failure, progress, time.monotonic() - start)]
 
 
 def make_file_name(step: Step, suffix: str) -> str:
@@ -59,10 +59,10 @@ def make_file_name(step: Step, suffix: str) -> str:
     return f"{step.name.replace(' ', '_')}.{suffix}"
 
 
-def _make_end_row(step: Step, fault: str, progress: str, seconds: float) -> Row:
-    if fault:
+def _make_end_row(step: Step, failure: str, progress: str, seconds: float) -> Row:
+    if failure:
         progress_note = f" (at {progress})" if progress else ""
-        return Row(step.name, _STEP_LABEL, f"failed: {fault}{progress_note}", "done", holds=False)
+        return Row(step.name, _STEP_LABEL, f"failed: {failure}{progress_note}", "done", holds=False)
     return Row(
         step.name, _STEP_LABEL, f"done in {seconds:.0f} s", "done", True, {"seconds": seconds}
     )
@@ -115,4 +115,4 @@ def allot_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, 
     """Yield each step with its time limit in seconds, given the time for all steps."""
     end = time.monotonic() + seconds
     for step in steps:
-        yield step, min(step.seconds, end - time.monotonic())
+        yield step, min(step.time_limit, end - time.monotonic())

@@ -15,9 +15,9 @@ from quarc_ref.synth.rig import RigCamera, place_cameras
 from quarc_ref.synth.scene import make_scene
 from quarc_ref.synth.tracer import trace_points, trace_view
 
-FRAMES = 3
+FRAME_COUNT = 3
 _NEAR_FACTOR = 0.95
-_FILE_NAME = "scene.npz"
+_ARRAYS_FILE_NAME = "scene.npz"
 
 
 def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
@@ -25,8 +25,10 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
     scene = make_scene(options.seed, options.scene)
-    scenes_by_frame = [scene.at_time(frame / options.frames_per_second) for frame in range(FRAMES)]
-    pictures = np.empty((FRAMES, len(cameras), sizes.height, sizes.width, 3), dtype=np.uint8)
+    scenes_by_frame = [
+        scene.at_time(frame / options.frames_per_second) for frame in range(FRAME_COUNT)
+    ]
+    pictures = np.empty((FRAME_COUNT, len(cameras), sizes.height, sizes.width, 3), dtype=np.uint8)
     nearest = np.full(len(cameras), np.inf)
 
     def trace(frame_and_view: tuple[int, int]) -> None:
@@ -35,8 +37,8 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         pictures[frame_and_view] = traced.picture
         nearest[view] = min(nearest[view], traced.min_depth)
 
-    for frame in range(FRAMES):
-        notebook.write_progress(f"{frame} of {FRAMES} frames")
+    for frame in range(FRAME_COUNT):
+        notebook.write_progress(f"{frame} of {FRAME_COUNT} frames")
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(trace, ((frame, view) for view in range(len(cameras)))))
     generator = make_generator(options.seed, "points")
@@ -48,8 +50,13 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         ]
     )
     np.save(folder / "pictures.npy", pictures)
-    np.savez(folder / _FILE_NAME, positions=points.positions, colors=points.colors, nearest=nearest)
-    traced = f"{FRAMES} frames of {sizes.width} x {sizes.height}, {len(cameras)} views"
+    np.savez(
+        folder / _ARRAYS_FILE_NAME,
+        positions=points.positions,
+        colors=points.colors,
+        nearest=nearest,
+    )
+    traced = f"{FRAME_COUNT} frames of {sizes.width} x {sizes.height}, {len(cameras)} views"
     notebook.add(Row("scene", "traced", traced))
 
 
@@ -59,10 +66,10 @@ def load_capture(sizes: Sizes, folder: Path) -> Capture:
     Raises:
         RuntimeError: The capture has not been traced.
     """
-    if not (folder / _FILE_NAME).exists():
+    if not (folder / _ARRAYS_FILE_NAME).exists():
         message = "the scene has not been traced: the step `scene` must run first"
         raise RuntimeError(message)
-    arrays = np.load(folder / _FILE_NAME)
+    arrays = np.load(folder / _ARRAYS_FILE_NAME)
     cameras = [
         _make_camera(f"cam{index:02}", camera, float(near))
         for index, (camera, near) in enumerate(
@@ -71,7 +78,9 @@ def load_capture(sizes: Sizes, folder: Path) -> Capture:
     ]
     pictures = np.load(folder / "pictures.npy", mmap_mode="r")
     points = Points(arrays["positions"], arrays["colors"])
-    return Capture("traced", cameras, FRAMES, 30.0, points, _StoredPictures(pictures), "0" * 64)
+    return Capture(
+        "traced", cameras, FRAME_COUNT, 30.0, points, _StoredPictures(pictures), "0" * 64
+    )
 
 
 class _StoredPictures:
@@ -86,7 +95,7 @@ class _StoredPictures:
 
 
 def _choose_options(sizes: Sizes) -> SynthOptions:
-    return SynthOptions(sizes.width, sizes.height, FRAMES, cameras=sizes.views)
+    return SynthOptions(sizes.width, sizes.height, FRAME_COUNT, cameras=sizes.views)
 
 
 def _make_camera(name: str, camera: RigCamera, nearest: float) -> Camera:

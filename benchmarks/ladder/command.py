@@ -34,8 +34,8 @@ from studies import ProgressLines, write_status
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Start:
-    """The frame from which all rungs are fitted.
+class StartFrame:
+    """The frame from which all rungs are fitted, and the ladder of these rungs.
 
     Attributes:
         capture: The capture, opened at the stream's resolution.
@@ -71,7 +71,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _fill_ladder(start: Start, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
+def _fill_ladder(start: StartFrame, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
     """Compute the missing rows; write the table, and return it."""
     context = open_training_context(start.capture, "cpu", config.seed, NullProgress())
     start.ladder.compute_missing(tasks, context)
@@ -82,7 +82,7 @@ def _fill_ladder(start: Start, tasks: list[Task], config: EncoderConfig, folder:
     return table
 
 
-def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
+def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> StartFrame:
     """Return the start of all rungs; without `--stream`, encode the frames up to it.
 
     Raises:
@@ -108,7 +108,7 @@ def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> Start:
         raise MismatchError(message)
     stream_digest = hashlib.sha256(data).hexdigest()
     ladder = Ladder(capture, summary.cameras, state, stream_digest, config, arguments.out)
-    return Start(capture, state, ladder)
+    return StartFrame(capture, state, ladder)
 
 
 def _encode_if_missing(arguments: argparse.Namespace, config: EncoderConfig) -> Path:

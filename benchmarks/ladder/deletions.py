@@ -18,7 +18,7 @@ _COUNT_DIVISOR = 4  # each trial deletes a quarter as many Gaussians as the prev
 
 
 def choose_deletions(
-    context: TrainingContext, attributes: Attributes, frame: int, dssim: float
+    context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> Tensor:
     """Return the mask `[N]` of the Gaussians whose deletion reduces the loss most.
 
@@ -26,17 +26,17 @@ def choose_deletions(
         context: Views and renderer.
         attributes: Attributes of the Gaussians.
         frame: Ordinal of the frame.
-        dssim: Weight of D-SSIM in the loss.
+        dssim_weight: Weight of D-SSIM in the loss.
     """
-    gains = _predict_gains(context, attributes, frame, dssim)
+    gains = _predict_gains(context, attributes, frame, dssim_weight)
     order = torch.argsort(gains, descending=True, stable=True)
     none_deleted = torch.zeros_like(gains, dtype=torch.bool)
-    best_mask, lowest_loss = none_deleted, _measure_loss(context, attributes, frame, dssim)
+    best_mask, lowest_loss = none_deleted, _measure_loss(context, attributes, frame, dssim_weight)
     count = min(int((gains > 0).sum()), len(gains) - 1)
     while count:
         deletion_mask = none_deleted.clone()
         deletion_mask[order[:count]] = True
-        loss = _measure_loss(context, attributes.rows(~deletion_mask), frame, dssim)
+        loss = _measure_loss(context, attributes.rows(~deletion_mask), frame, dssim_weight)
         if loss < lowest_loss:
             best_mask, lowest_loss = deletion_mask, loss
         count //= _COUNT_DIVISOR
@@ -44,7 +44,7 @@ def choose_deletions(
 
 
 def _predict_gains(
-    context: TrainingContext, attributes: Attributes, frame: int, dssim: float
+    context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> Tensor:
     """Return the predicted decrease `[N]` of the loss if only that one Gaussian is deleted."""
     logits = attributes.opacities.detach().clone().requires_grad_()
@@ -52,18 +52,18 @@ def _predict_gains(
     slopes = torch.zeros_like(attributes.opacities)
     for view in range(len(context.views.cameras)):
         image = context.render(attributes_with_grad.activated(), view).image
-        loss = photometric_loss(image, context.truth(view, frame), dssim)
+        loss = photometric_loss(image, context.truth(view, frame), dssim_weight)
         slopes += torch.autograd.grad(loss, logits)[0]
     return slopes * (1 + torch.exp(attributes.opacities))  # o dL/do, with d o = o (1 - o) d logit
 
 
 def _measure_loss(
-    context: TrainingContext, attributes: Attributes, frame: int, dssim: float
+    context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> float:
     """Return the sum of the losses of all training views."""
     gaussians, total = attributes.activated(), 0.0
     with torch.no_grad():
         for view in range(len(context.views.cameras)):
             image = context.render(gaussians, view).image
-            total += float(photometric_loss(image, context.truth(view, frame), dssim))
+            total += float(photometric_loss(image, context.truth(view, frame), dssim_weight))
     return total

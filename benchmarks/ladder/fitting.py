@@ -62,7 +62,7 @@ def fit_rung(
     all_indices = torch.arange(frame_start.scene.count, device=context.device)
     if "anchors" in rung.free:
         return _fit_anchors(context, frame_start, start_attributes, all_indices, iterations, config)
-    return _fit_single(
+    return _fit_free_gaussians(
         context, frame_start.scene, start_attributes, all_indices, rung, iterations, config
     )
 
@@ -91,7 +91,7 @@ def _fit_anchors(
     )
 
 
-def _fit_single(
+def _fit_free_gaussians(
     context: TrainingContext,
     scene: Scene,
     start_attributes: Attributes,
@@ -100,7 +100,10 @@ def _fit_single(
     iterations: int,
     config: EncoderConfig,
 ) -> FitResult:
-    frame, rates = scene.frame, _choose_rates(rung, scene.header, config, context.views.extent)
+    frame, rates = (
+        scene.frame,
+        _choose_learning_rates(rung, scene.header, config, context.views.extent),
+    )
     trainer = Trainer(start_attributes, tuple(rates))
     views = context.views.shuffled(context.generator(frame, "ladder"))
     for step in range(iterations):
@@ -110,8 +113,8 @@ def _fit_single(
             )
             alive_indices = alive_indices[~deletion_mask]
             trainer.replace_rows(~deletion_mask, start_attributes.rows(alive_indices[:0]))
-        left = cosine_decay(step, iterations, config.motion.lr_end_factor)
-        trainer.set_learning_rates([rate * left for rate in rates])
+        decay = cosine_decay(step, iterations, config.motion.lr_end_factor)
+        trainer.set_learning_rates([rate * decay for rate in rates])
         view = next(views)
         rendering = context.render(trainer.attributes.activated(), view)
         truth = context.truth(view, frame)
@@ -121,17 +124,19 @@ def _fit_single(
     return FitResult(trainer.attributes.detached(), alive_indices)
 
 
-def _choose_rates(rung: Rung, header: StreamHeader, config: EncoderConfig, extent: float) -> Rates:
+def _choose_learning_rates(
+    rung: Rung, header: StreamHeader, config: EncoderConfig, extent: float
+) -> Rates:
     """Return the learning rate of each attribute; 0 if the attribute cannot change.
 
     The learning rates of translation and rotation are summed over all anchor levels. The other
     learning rates are those of canonical training.
     """
     rates = list(canonical_learning_rates(config.canonical, extent))
-    if not rung.canonical_learning_rates:
+    if not rung.uses_canonical_rates:
         motion = config.motion
         levels = sum(motion.level_lr_factor**level for level in range(header.level_count))
         translation = motion.translation_lr * translation_step(header) or motion.lr
         rates[_TRANSLATION], rates[_ROTATION] = translation * levels, motion.lr * levels
-    rates[_SH_REST] *= rung.rest_factor
+    rates[_SH_REST] *= rung.sh_rest_rate_factor
     return [rate * (name in rung.free) for name, rate in zip(_FIELD_ORDER, rates, strict=True)]

@@ -11,8 +11,8 @@ from quarc_ref.evaluation.regions import choose_frames, find_background
 from quarc_ref.evaluation.views import measure_views
 from quarc_ref.format.cameras import Camera
 
-GROUPS = ("training", "held_out")
-FIGURES = ("gain_psnr", "moving_gain_psnr", "static_gain_psnr", "psnr", "gain_ssim")
+GROUP_NAMES = ("training", "held_out")
+FIGURE_NAMES = ("gain_psnr", "moving_gain_psnr", "static_gain_psnr", "psnr", "gain_ssim")
 
 
 class Judge:
@@ -28,7 +28,7 @@ class Judge:
 
     def __init__(self, capture: Capture, cameras: Sequence[Camera]) -> None:
         self._capture, self._cameras = capture, cameras
-        self._groups = dict(zip(GROUPS, (capture.training, capture.held_out), strict=True))
+        self._groups = dict(zip(GROUP_NAMES, (capture.training, capture.held_out), strict=True))
         frames = choose_frames(capture.frame_count)
         self._backgrounds = {
             index: find_background([capture.image(index, frame) for frame in frames])
@@ -51,4 +51,4 @@ class Judge:
             for index, view in zip(indices, views, strict=True)
         ]
         mean = average(measured)
-        return {name: mean[name] for name in FIGURES}
+        return {name: mean[name] for name in FIGURE_NAMES}

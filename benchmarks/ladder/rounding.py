@@ -32,7 +32,7 @@ from quarc_ref.inspection.estimate import estimate_bits, estimate_updates
 ChangeCounts = dict[str, int]  # number of Gaussians that change, by field
 
 _MIN_W = 1e-6
-_REST_NAME = "SH rest"
+_SH_REST_NAME = "SH rest"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,7 +97,7 @@ def to_splats(attributes: Attributes) -> Splats:
 def _round_motion(frame_start: State, symbols: list[Int64]) -> RoundedResult:
     clipped = [np.clip(level, -SYMBOL_LIMIT, SYMBOL_LIMIT) for level in symbols]
     section = write_motion(
-        motion_contexts(frame_start, previous=False), clipped, frame_start.motion_counts
+        motion_contexts(frame_start, use_previous=False), clipped, frame_start.motion_counts
     )
     moved_state = move(frame_start, clipped)
     change_counts = {"any": int(np.any(moved_state.motion, axis=0).sum()), "deaths": 0}
@@ -116,7 +116,7 @@ def _round_updates(moved_state: State, fit: FitResult) -> RoundedResult:
         sh_rest_codes = codes[SH_REST].astype(np.int64) + sh_rest[:, alive]
         codes[SH_REST] = np.clip(sh_rest_codes, -CODE_LIMIT, CODE_LIMIT).astype(np.int16)
     has_sh_rest_change = np.any(sh_rest, axis=0)
-    change_counts = _count_changes(updates) | {_REST_NAME: int(has_sh_rest_change.sum())}
+    change_counts = _count_changes(updates) | {_SH_REST_NAME: int(has_sh_rest_change.sum())}
     change_counts["any"] = int(
         np.union1d(updates.gaussians, np.flatnonzero(has_sh_rest_change)).size
     )
@@ -132,7 +132,7 @@ def find_updates(moved_state: State, fit: FitResult) -> tuple[Updates, Int64]:
     """Return the rounded updates of a fitted rung, and the rounded changes `[9, N]` of SH rest."""
     scene, alive = moved_state.scene, fit.alive.cpu().numpy()
     start = from_splats(dequantize(scene), torch.device("cpu")).rows(fit.alive.cpu())
-    all_residuals = _find_residuals(start, fit.attributes, scene.header)
+    all_residuals = _find_all_residuals(start, fit.attributes, scene.header)
     sh_rest = np.zeros((SH_REST.stop - SH_REST.start, scene.count), dtype=np.int64)
     if scene.header.sh_degree:
         sh_rest[:, alive] = all_residuals[RESIDUAL_ROWS:]
@@ -147,9 +147,9 @@ def find_updates(moved_state: State, fit: FitResult) -> tuple[Updates, Int64]:
     return Updates(indices, is_deleted[indices], residuals[:, indices]), sh_rest
 
 
-def _find_residuals(start: Attributes, end: Attributes, header: StreamHeader) -> Int64:
+def _find_all_residuals(start: Attributes, end: Attributes, header: StreamHeader) -> Int64:
     """Return the changes `[13 + 9, K]` of the attributes in quantization steps; SH rest is last."""
-    rotations = _find_rotations(_to_floats(start.rotations), _to_floats(end.rotations))
+    rotations = _find_rotation_residuals(_to_floats(start.rotations), _to_floats(end.rotations))
     planes = [
         (_to_floats(end.means - start.means), translation_step(header)),
         (rotations, 1 / header.rotation_unity),
@@ -167,7 +167,9 @@ def _to_floats(tensor: Tensor) -> NDArray[np.float64]:
     return floats
 
 
-def _find_rotations(start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.float64]:
+def _find_rotation_residuals(
+    start: NDArray[np.float64], end: NDArray[np.float64]
+) -> NDArray[np.float64]:
     """Return the residuals `[K, 3]` of updates that rotate `start` to `end` (SPEC 7.8)."""
     first, last = (Rotation.from_quat(np.roll(rotations, -1, axis=1)) for rotations in (start, end))
     quaternions = (first.inv() * last).as_quat()

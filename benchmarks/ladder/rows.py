@@ -103,8 +103,10 @@ class Ladder:
             write_status(f"{task.name}: started; {number} of {len(missing)} rows are finished")
             row = self._make_row(task, context, judge)
             save_row(self._row_path(task), self._compute_key(task), row)
-            moving = row["floats"]["training"]["moving_gain_psnr"]
-            moving_text = "nothing moves" if moving is None else f"{moving:.2f} dB of moving parts"
+            moving_psnr = row["floats"]["training"]["moving_gain_psnr"]
+            moving_text = (
+                "nothing moves" if moving_psnr is None else f"{moving_psnr:.2f} dB of moving parts"
+            )
             write_status(
                 f"{task.name}: {moving_text}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s"
             )
@@ -140,6 +142,6 @@ class Ladder:
     def _compute_key(self, task: Task) -> str:
         """Return a digest of everything that determines the row, except the code."""
         rung = task.rung
-        rung_inputs = [sorted(rung.free), rung.canonical_learning_rates, rung.rest_factor]
+        rung_inputs = [sorted(rung.free), rung.uses_canonical_rates, rung.sh_rest_rate_factor]
         inputs = [*self._origin, rung_inputs, task.ahead, task.iterations]
         return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()

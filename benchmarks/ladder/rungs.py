@@ -12,17 +12,17 @@ class Rung:
         title: Title of the rung in the table.
         free: `anchors`, or the fields of individual Gaussians that can change: names of
             `UPDATE_FIELDS`, `deaths` and `SH rest`.
-        canonical_learning_rates: Whether translation and rotation, too, have the learning rates of
+        uses_canonical_rates: Whether translation and rotation, too, have the learning rates of
             canonical training instead of those of motion.
-        rest_factor: Factor for the learning rate of SH rest. In canonical training, that learning
-            rate is 1/20 of the learning rate of SH DC.
+        sh_rest_rate_factor: Factor for the learning rate of SH rest. In canonical training, that
+            learning rate is 1/20 of the learning rate of SH DC.
     """
 
     name: str
     title: str
     free: frozenset[str]
-    canonical_learning_rates: bool = False
-    rest_factor: float = 1.0
+    uses_canonical_rates: bool = False
+    sh_rest_rate_factor: float = 1.0
 
 
 STILL_NAME = "still"
@@ -53,12 +53,17 @@ def _list_rungs() -> list[Rung]:
             "translation and rotation of every Gaussian",
             frozenset({"translation", "rotation"}),
         ),
-        Rung("fast-rest", "all, SH rest at the learning rate of SH DC", _FIELDS, rest_factor=20.0),
+        Rung(
+            "fast-rest",
+            "all, SH rest at the learning rate of SH DC",
+            _FIELDS,
+            sh_rest_rate_factor=20.0,
+        ),
         Rung(
             "slow",
             "all, at the learning rates of canonical training",
             _FIELDS,
-            canonical_learning_rates=True,
+            uses_canonical_rates=True,
         ),
     ]
 

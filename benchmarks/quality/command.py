@@ -10,7 +10,13 @@ from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
 from quality.rows import Task, make_row
-from quality.subjects import TRACED, Subject, parse_traced, rotate_held_out, trace_if_missing
+from quality.subjects import (
+    TRACED,
+    Subject,
+    choose_held_out_sets,
+    parse_traced_name,
+    trace_if_missing,
+)
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -115,12 +121,12 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
     subjects = []
     if arguments.real:
         names = [camera.name for camera in open_capture(arguments.real).cameras]
-        subjects.append(Subject("real", arguments.real.resolve(), rotate_held_out(names)))
+        subjects.append(Subject("real", arguments.real.resolve(), choose_held_out_sets(names)))
     if arguments.still:
         first_camera = open_capture(arguments.still).cameras[0].name
         subjects.append(Subject("still", arguments.still.resolve(), ((first_camera,),)))
     for name in arguments.variants:
-        parse_traced(name)  # rejects a malformed name before any capture is traced
+        parse_traced_name(name)  # rejects a malformed name before any capture is traced
     traced_folder = (arguments.captures or arguments.out / "captures").resolve()
     subjects += [trace_if_missing(name, traced_folder) for name in arguments.variants]
     if not subjects:

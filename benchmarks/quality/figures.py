@@ -18,8 +18,8 @@ from quarc_ref.streams import decode
 
 Figures = dict[str, float | None]  # by name; None if the figure is undefined
 
-_SIDE_CHUNKS = {kind.decode() for kind in (container.HEAD, container.CAME, container.META)}
-_CANONICAL = container.CANO.decode()
+_SIDE_CHUNK_TYPES = {kind.decode() for kind in (container.HEAD, container.CAME, container.META)}
+_CANONICAL_TYPE = container.CANO.decode()
 
 
 def measure_stream(
@@ -70,10 +70,15 @@ def measure_size(summary: StreamSummary) -> Figures:
         bytes of these frames and the chunks INDX and TAIL.
     """
     coded_bytes = summary.coded_bytes()
-    side_bytes = sum(chunk.byte_count for chunk in summary.chunks if chunk.kind in _SIDE_CHUNKS)
-    canonical_bytes = sum(chunk.byte_count for chunk in summary.chunks if chunk.kind == _CANONICAL)
+    side_bytes = sum(
+        chunk.byte_count for chunk in summary.chunks if chunk.kind in _SIDE_CHUNK_TYPES
+    )
+    canonical_bytes = sum(
+        chunk.byte_count for chunk in summary.chunks if chunk.kind == _CANONICAL_TYPE
+    )
     listed_bytes = side_bytes + canonical_bytes + coded_bytes["motion"] + coded_bytes["births"]
-    has_moved = any(not frame.canonical for frame in summary.frames)
+    other_frames = [frame for frame in summary.frames if not frame.canonical]
+    mean_kilobytes = summary.kilobytes_per_frame()["without_canonical"] if other_frames else None
     return {
         "gaussians_first": summary.frames[0].gaussians,
         "gaussians": summary.gaussian_count,
@@ -83,7 +88,7 @@ def measure_size(summary: StreamSummary) -> Figures:
         "bytes_motion": coded_bytes["motion"],
         "bytes_births": coded_bytes["births"],
         "bytes_other": summary.total_bytes - listed_bytes,
-        "kb_per_frame": summary.kilobytes_per_frame()["without_canonical"] if has_moved else None,
+        "kb_per_frame": mean_kilobytes,
     }
 
 

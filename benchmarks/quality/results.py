@@ -42,7 +42,7 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
     }
     files = {
         "quality.md": f"{settings}\n\n{format_groups(groups)}".encode(),
-        "quality.csv": format_csv([_flatten(group) for group in groups]),
+        "quality.csv": format_csv([_flatten_group(group) for group in groups]),
         "frames.csv": format_csv([line for group in groups for line in _flatten_frames(group)]),
         "quality.png": _plot_groups(groups),
         RESULTS_FILE: json.dumps(study_json, indent=1).encode(),
@@ -78,7 +78,7 @@ def _format_spread(spread: Spread | None, format_spec: str) -> str:
     return f"{spread.mean:{format_spec}}{deviation}"
 
 
-def _flatten(group: Group) -> dict[str, object]:
+def _flatten_group(group: Group) -> dict[str, object]:
     spreads = group.compute_spreads()
     figures = group.rows[0]["figures"]
     names = [*COLUMN_NAMES, *(name for name in figures if name not in COLUMN_NAMES)]

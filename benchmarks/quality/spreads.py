@@ -67,7 +67,8 @@ def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
 def subtract(first: Spread, second: Spread) -> Difference:
     """Return the difference of the means of two studies, whose seeds are independent samples."""
     return Difference(
-        first.mean - second.mean, _join_errors([first.variance_of_mean, second.variance_of_mean])
+        first.mean - second.mean,
+        _combine_variances([first.variance_of_mean, second.variance_of_mean]),
     )
 
 
@@ -83,12 +84,12 @@ def average_differences(differences: Sequence[Difference]) -> Difference:
     variances = [
         None if difference.error is None else difference.error**2 for difference in differences
     ]
-    error = _join_errors(variances)
+    error = _combine_variances(variances)
     amount = fmean(difference.amount for difference in differences)
     return Difference(amount, None if error is None else error / count)
 
 
-def _join_errors(variances: Sequence[float | None]) -> float | None:
+def _combine_variances(variances: Sequence[float | None]) -> float | None:
     """Return the standard error of a sum of values; None if a variance is unknown."""
     known_variances = [variance for variance in variances if variance is not None]
     return math.sqrt(sum(known_variances)) if len(known_variances) == len(variances) else None

@@ -10,8 +10,8 @@ from quarc_ref.synth.variants import VARIANTS
 from studies import write_status
 
 TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
-_FILM_FRAMES = 40  # also if only frame 0 is encoded, as later frames show which pixels move
-_HELD_OUT_SETS = 4
+_CAPTURE_FRAMES = 40  # also if only frame 0 is encoded, as later frames show which pixels move
+_HELD_OUT_SET_COUNT = 4
 _MIN_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(
     rf"(?P<variant>{'|'.join(VARIANTS)})(-(?P<cameras>\d+))?(-(?P<width>\d+)x(?P<height>\d+))?"
@@ -35,7 +35,7 @@ class Subject:
     held_out_sets: tuple[HeldOut, ...]
 
 
-def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
+def choose_held_out_sets(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
     """Return four sets of three cameras, which are a third of the rig apart from each other.
 
     Args:
@@ -52,11 +52,11 @@ def rotate_held_out(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
         raise ValueError(message)
     return tuple(
         tuple(names[(2 * k + 1 + j * (count // 3)) % count] for j in range(3))
-        for k in range(_HELD_OUT_SETS)
+        for k in range(_HELD_OUT_SET_COUNT)
     )
 
 
-def parse_traced(name: str) -> SynthOptions:
+def parse_traced_name(name: str) -> SynthOptions:
     """Return the options for ray-tracing a capture.
 
     Args:
@@ -76,20 +76,20 @@ def parse_traced(name: str) -> SynthOptions:
     sizes = {key: int(text) for key, text in match.groupdict().items() if text and text.isdigit()}
     if "cameras" in sizes:
         sizes["cameras"] -= 1  # the held-out one
-    return SynthOptions(variant=match["variant"], frames=_FILM_FRAMES, **sizes)
+    return SynthOptions(variant=match["variant"], frames=_CAPTURE_FRAMES, **sizes)
 
 
 def trace_if_missing(name: str, folder: Path) -> Subject:
     """Return a ray-traced capture; ray-trace it if it does not exist.
 
     Args:
-        name: Name of the capture, in the form that `parse_traced` accepts.
+        name: Name of the capture, in the form that `parse_traced_name` accepts.
         folder: Folder that contains all ray-traced captures.
 
     Raises:
         ValueError: The name is malformed, the variant does not exist, or a size is invalid.
     """
-    options, target = parse_traced(name), folder / name
+    options, target = parse_traced_name(name), folder / name
     if not target.is_dir():
         write_status(f"tracing {name}")
         write_synthetic_capture(target, options)

@@ -102,16 +102,16 @@ class FrameWriter:
             name = f"frames.{self._export.suffix}"
             self.names.append(target.write(name, self._sequence.finish()).name)
 
-    def print_result(self, output: Path | None, *, as_json: bool, past_damage: bool) -> None:
+    def print_result(self, output: Path | None, *, as_json: bool, recovers: bool) -> None:
         """Print the names of all written files.
 
         Args:
             output: Path of the output folder or file; None if nothing was written.
             as_json: Whether to print JSON.
-            past_damage: Whether decoding continued after damage, so that the gaps are printed.
+            recovers: Whether decoding continued after damage, so that the gaps are printed.
         """
         if as_json:
-            gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if past_damage else {}
+            gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if recovers else {}
             written_files = {"files": self.names, "sidecar": self._sidecar}
             folder = output if output is None or self._with_sidecar else output.parent
             print_json("decode/2", {"folder": folder and str(folder), **written_files, **gaps})
@@ -120,7 +120,7 @@ class FrameWriter:
         lines = {
             "files": f"{len(self.names)}{name_range or ''.join(f', {name}' for name in self.names)}"
         }
-        lines |= {"gaps": f"{len(self.gaps)}"} if past_damage else {}
+        lines |= {"gaps": f"{len(self.gaps)}"} if recovers else {}
         print_table(str(output or "no folder"), lines)
 
     def _write_sidecar(

@@ -142,9 +142,7 @@ def encode_to_joined_file(
             segments.require_finished(target, capture, options)
             return
         options.check(capture)
-        segment_list = _split_capture(
-            job, capture, options, (folder.path.absolute(), segment_count)
-        )
+        segment_list = _split_capture(job, capture, options, folder.path.absolute(), segment_count)
         for segment in segment_list:
             folder.add(segment.file.name)
             folder.add(checkpoint_path(segment.file).name)
@@ -170,12 +168,15 @@ def choose_pool(
 
 
 def _split_capture(
-    job: EncodeJob, capture: "Capture", options: "EncodeOptions", folder_and_count: tuple[Path, int]
+    job: EncodeJob,
+    capture: "Capture",
+    options: "EncodeOptions",
+    folder: Path,
+    segment_count: int,
 ) -> "list[Segment]":
     """Split a capture into segments, whose streams are written to the given folder."""
     from quarc_ref.encoder.segments import Segment, split_frames
 
-    folder, segment_count = folder_and_count
     try:
         ranges = split_frames(capture.require_frames(job.frames), segment_count)
     except ValueError as error:

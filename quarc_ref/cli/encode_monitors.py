@@ -52,7 +52,7 @@ def open_monitors(logs: LogOptions, progress: TerminalProgress) -> "Iterator[Mon
     with ExitStack() as stack:
         if progress.is_shown:
             status = EncodeStatus(lambda *arguments: _announce_estimate(progress, *arguments))
-            progress.follow(status.describe)
+            progress.show_status(status.describe)
             monitors.append(status)
         if logs.json is not None:
             monitors.append(JsonLog(stack.enter_context(_open_json_log(logs.json, logs))))

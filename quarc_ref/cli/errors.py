@@ -62,10 +62,10 @@ def report_errors() -> Iterator[None]:
         yield
         sys.stdout.flush()  # if flushing failed at exit, Python would return exit code 120
     except typer.Exit:
-        _discard_output(sys.stdout)
+        _flush_or_discard(sys.stdout)
         raise
     except (Exception, KeyboardInterrupt) as error:
-        _exit_with(*_describe_and_code(error))
+        _exit_with(*_get_message_and_code(error))
 
 
 def install_sigterm_handler() -> None:
@@ -89,7 +89,7 @@ def ensure_standard_streams() -> None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, kept open
 
 
-def _discard_output(output: TextIO) -> None:
+def _flush_or_discard(output: TextIO) -> None:
     """Flush an output; if that fails, redirect it so that flushing at exit does not fail."""
     try:
         output.flush()
@@ -144,7 +144,7 @@ _ERROR_HANDLERS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any
 )
 
 
-def _describe_and_code(error: BaseException) -> tuple[str, int]:
+def _get_message_and_code(error: BaseException) -> tuple[str, int]:
     """Return the message, which may be empty, and the exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
         return str(error) or _INTERRUPTED_MESSAGE, _EXIT_SIGNAL_BASE + _find_signal(error)
@@ -179,9 +179,9 @@ def _has_no_reader(output: TextIO) -> bool:
 
 
 def _exit_with(message: str, code: int) -> NoReturn:
-    _discard_output(sys.stdout)
+    _flush_or_discard(sys.stdout)
     if message:
         with suppress(OSError):  # if standard error fails, only the exit code reports the error
             print_message(message)
-    _discard_output(sys.stderr)
+    _flush_or_discard(sys.stderr)
     raise typer.Exit(code)

@@ -31,7 +31,7 @@ def check_stream_name(name: str) -> str:
     Raises:
         BadParameter: The path does not exist, or is not a file.
     """
-    if is_path_name(name) and not stat.S_ISREG(_get_file_mode(name)):
+    if is_path_name(name) and not stat.S_ISREG(_get_mode_unless_folder(name)):
         _reject(name, "is not a regular file; use - for standard input")
     return name
 
@@ -44,7 +44,7 @@ def check_stream_file(name: str) -> str:
     """
     if not is_path_name(name):
         _reject(name, "is not a file; this command accepts only files, not URLs or standard input")
-    _get_file_mode(name)
+    _get_mode_unless_folder(name)
     return name
 
 
@@ -54,7 +54,7 @@ def check_folder(path: Path) -> Path:
     Raises:
         BadParameter: The path does not exist, or is not a folder.
     """
-    if not stat.S_ISDIR(_get_mode(str(path))):
+    if not stat.S_ISDIR(_get_path_mode(str(path))):
         _reject(str(path), "is not a folder")
     return path
 
@@ -65,7 +65,7 @@ def check_path_exists(path: str) -> None:
     Raises:
         BadParameter: The path does not exist.
     """
-    _get_mode(path)
+    _get_path_mode(path)
 
 
 def check_axis(name: str | None) -> str | None:
@@ -81,14 +81,14 @@ def check_axis(name: str | None) -> str | None:
     return axis
 
 
-def _get_file_mode(path: str) -> int:
-    mode = _get_mode(path)
+def _get_mode_unless_folder(path: str) -> int:
+    mode = _get_path_mode(path)
     if stat.S_ISDIR(mode):
         _reject(path, "is a folder")
     return mode
 
 
-def _get_mode(path: str) -> int:
+def _get_path_mode(path: str) -> int:
     """Return the file mode of a path; raise BadParameter if the path does not exist."""
     try:
         return os.stat(path).st_mode

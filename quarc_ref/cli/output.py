@@ -190,7 +190,7 @@ class TerminalProgress:
         if self._should_warn:
             self._should_warn = not warn_about_reference_engine()
 
-    def follow(self, status: "Callable[[], str]") -> None:
+    def show_status(self, status: "Callable[[], str]") -> None:
         """Show a status text next to the stages `canonical` and `frames`.
 
         Args:

@@ -30,7 +30,9 @@ def make_page_title(stream: str) -> str:
     return format_stream_name(stream).removesuffix(".quarc")
 
 
-def choose_first_camera(cameras: "tuple[Camera, ...] | None", name: str | None) -> "Camera | None":
+def choose_initial_camera(
+    cameras: "tuple[Camera, ...] | None", name: str | None
+) -> "Camera | None":
     """Return the camera of the initial view; None if the stream has no cameras.
 
     Args:

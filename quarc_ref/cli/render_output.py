@@ -30,9 +30,9 @@ def choose_kind(output: Path, *, depth: bool) -> OutputKind:
         UsageError: The suffix does not determine a type.
     """
     suffix = output.suffix.lower()
-    video = _VIDEO_SUFFIXES.get(suffix)
-    if video and not depth:
-        return video
+    video_container = _VIDEO_SUFFIXES.get(suffix)
+    if video_container and not depth:
+        return video_container
     if suffix not in ("", _PICTURE_SUFFIX) or (depth and suffix):
         message = (
             f"the output type is not clear from the name {output}: use the suffix .mp4 or "

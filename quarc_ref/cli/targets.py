@@ -73,7 +73,7 @@ def written_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         UsageError: The target is `-`, or its name has the suffix of a file.
         OutputPathError: The target is not empty and must not be replaced.
     """
-    _reject_folder(target)
+    _require_folder_path(target)
     with files.written_folder(target, replace=force) as folder:
         yield folder
     if folder.moved_to:
@@ -96,7 +96,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         UsageError: The target is `-`, or its name has the suffix of a file.
         OutputPathError: The target is not empty and must not be replaced.
     """
-    _reject_folder(target)
+    _require_folder_path(target)
     with files.growing_folder(target, replace=force) as folder, _reporting_kept_files(folder):
         yield folder
 
@@ -157,7 +157,7 @@ def require_writable_file(target: Path, *, force: bool) -> None:
         raise UsageError(message)
 
 
-def _reject_folder(target: Path) -> None:
+def _require_folder_path(target: Path) -> None:
     """Raise UsageError if the path of an output folder is `-` or has the suffix of a file."""
     _reject_standard_output(target, "a folder")
     _reject_missing_parent(target)

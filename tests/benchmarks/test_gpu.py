@@ -11,7 +11,7 @@ import pytest
 
 from gpu import run_steps
 from gpu.command import main
-from gpu.cuda_tests import count_tests, list_test_files
+from gpu.cuda_tests import list_test_files, summarize_report
 from gpu.plan import STEPS, Step
 from gpu.rows import Notebook, Row, format_table, write_tables
 from gpu.run_steps import StepEnvironment, allot_time, run_step
@@ -101,7 +101,7 @@ def test_a_step_that_fails_says_why(tmp_path):
 def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     tmp_path, monkeypatch
 ):
-    monkeypatch.setattr(run_steps, "_MIN_SECONDS", 0)
+    monkeypatch.setattr(run_steps, "_MIN_STEP_SECONDS", 0)
     saved_row = Row("frame 0", "something", "1")
     notebook = Notebook(tmp_path / "frame_0.jsonl")
     notebook.add(saved_row)
@@ -259,7 +259,7 @@ def test_tests_are_counted(tmp_path, test_cases, max_skipped, holds, message):
         f"<testsuites><testsuite tests='{total}' skipped='{counts['skipped']}' "
         f"failures='{counts['failure']}' errors='0'>{test_cases}</testsuite></testsuites>"
     )
-    row = count_tests(report, max_skipped)
+    row = summarize_report(report, max_skipped)
 
     assert (row.holds, row.result) == (
         holds,

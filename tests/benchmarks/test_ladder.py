@@ -251,7 +251,7 @@ def test_sh_rest_can_be_trained_as_fast_as_dc():
         / canonical_learning_rates(SMALL.canonical, 1.0)[5]
     )
 
-    assert RUNGS["fast-rest"].rest_factor == pytest.approx(ratio)
+    assert RUNGS["fast-rest"].sh_rest_rate_factor == pytest.approx(ratio)
     slow_change, fast_change = (
         _fit_rung(name)[1].attributes.sh_rest.abs().max() for name in ("all", "fast-rest")
     )

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quality.subjects import TRACED, parse_traced, rotate_held_out
+from quality.subjects import TRACED, choose_held_out_sets, parse_traced_name
 from quarc_ref.synth import SynthOptions
 from quarc_ref.synth.variants import VARIANTS
 
@@ -10,7 +10,7 @@ from quarc_ref.synth.variants import VARIANTS
 def test_the_held_out_sets_rotate_through_the_rig():
     names = [f"cam{index:02}" for index in range(30)]
     held_out_sets = [
-        tuple(int(name[3:]) for name in held_out) for held_out in rotate_held_out(names)
+        tuple(int(name[3:]) for name in held_out) for held_out in choose_held_out_sets(names)
     ]
 
     assert held_out_sets == [(1, 11, 21), (3, 13, 23), (5, 15, 25), (7, 17, 27)]
@@ -20,18 +20,18 @@ def test_the_held_out_sets_rotate_through_the_rig():
 def test_each_set_has_three_different_cameras(count):
     names = [f"cam{index:02}" for index in range(count)]
 
-    for held_out in rotate_held_out(names):
+    for held_out in choose_held_out_sets(names):
         assert len(set(held_out)) == 3
         assert set(held_out) < set(names)
 
 
 def test_too_few_cameras_are_rejected():
     with pytest.raises(ValueError, match="3 cameras are too few"):
-        rotate_held_out(["a", "b", "c"])
+        choose_held_out_sets(["a", "b", "c"])
 
 
 def test_all_variants_are_traced_and_the_playroom_with_more_cameras_and_pixels():
-    options = [parse_traced(name) for name in TRACED]
+    options = [parse_traced_name(name) for name in TRACED]
 
     assert {option.variant for option in options} == set(VARIANTS)
     playrooms = [option for option in options if option.variant == "playroom"]
@@ -41,7 +41,7 @@ def test_all_variants_are_traced_and_the_playroom_with_more_cameras_and_pixels()
 
 
 def test_a_name_states_variant_cameras_and_size():
-    assert parse_traced("dark-stage-5-32x24") == SynthOptions(
+    assert parse_traced_name("dark-stage-5-32x24") == SynthOptions(
         32, 24, frames=40, cameras=4, variant="dark-stage"
     )
 
@@ -57,4 +57,4 @@ def test_a_name_states_variant_cameras_and_size():
 )
 def test_a_name_that_cannot_be_traced_is_rejected(name, message):
     with pytest.raises(ValueError, match=message):
-        parse_traced(name)
+        parse_traced_name(name)

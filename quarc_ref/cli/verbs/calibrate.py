@@ -126,7 +126,7 @@ def calibrate(
     """Make a capture from recordings: find poses, lenses and time offsets of the cameras."""
     with report_errors():
         from quarc_ref.calibration.calibrate import CalibrateOptions
-        from quarc_ref.calibration.calibrate import calibrate as find
+        from quarc_ref.calibration.calibrate import calibrate as run_calibration
         from quarc_ref.calibration.errors import UnknownCameraError
         from quarc_ref.calibration.lenses import LensOptions, read_lenses
         from quarc_ref.calibration.masks import read_masks
@@ -137,7 +137,7 @@ def calibrate(
         from quarc_ref.datasets.errors import MaskNameError
 
         restore_sigterm_handler()
-        started = time.monotonic()
+        start_time = time.monotonic()
         distance = _require_distance(meters)
         with (
             TerminalProgress(quiet=quiet) as progress,
@@ -157,13 +157,13 @@ def calibrate(
                     distance,
                     progress.advance,
                 )
-                rig = find(found_recordings, options)
+                calibration = run_calibration(found_recordings, options)
             except (UnknownCameraError, MaskNameError) as error:
                 raise UsageError(str(error)) from error
-            write_capture(rig, folder)
-            write_report(rig, recordings.resolve().name, folder)
-        seconds = round(time.monotonic() - started, 1)
-        _show(output, rig, output / PAGE_NAME, seconds, as_json=as_json)
+            write_capture(calibration, folder)
+            write_report(calibration, recordings.resolve().name, folder)
+        seconds = round(time.monotonic() - start_time, 1)
+        _print_result(output, calibration, output / PAGE_NAME, seconds, as_json=as_json)
 
 
 def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None":
@@ -196,39 +196,43 @@ def _require_cameras(recordings: "Recordings", up: str, distance: "Distance | No
             raise UsageError(message)
 
 
-def _show(output: Path, rig: "Calibration", page: Path, seconds: float, *, as_json: bool) -> None:
+def _print_result(
+    output: Path, calibration: "Calibration", page: Path, seconds: float, *, as_json: bool
+) -> None:
     from quarc_ref.calibration.report import HEADINGS, list_cameras
 
     if as_json:
-        print_json("calibrate/2", {"folder": str(output), **_as_json(rig), "report": str(page),
-                                   "seconds": seconds})  # fmt: skip
+        values = {**_as_json(calibration), "report": str(page), "seconds": seconds}
+        print_json("calibrate/2", {"folder": str(output), **values})
         return
-    solution, camera_count = rig.solution, len(rig.recordings.names)
+    solution, camera_count = calibration.solution, len(calibration.recordings.names)
     for name, reason in solution.left_out.items():
         print_message(f"camera {name} could not be calibrated: {reason}")
-    for name in rig.unreliable_cameras:
+    for name in calibration.unreliable_cameras:
         print_message(
             f"the pose of camera {name} depends on only {solution.fits[name].support} points "
             "and may be inaccurate: use more pictures (--moments 16)"
         )
-    unreliable = [name for name in rig.offsets.unreliable_cameras if name not in solution.left_out]
-    if unreliable:
+    unreliable_names = [
+        name for name in calibration.offsets.unreliable_cameras if name not in solution.left_out
+    ]
+    if unreliable_names:
         print_message(
-            f"the time offsets of {', '.join(unreliable)} could not be estimated reliably: "
+            f"the time offsets of {', '.join(unreliable_names)} could not be estimated reliably: "
             "offset 0 is used"
         )
     lines = {
         "cameras": f"{len(solution.cameras)} of {camera_count}",
         "reprojection error": f"{solution.mean_error:.2f} px",
-        "points": f"{len(rig.points.positions):,}",
-        "offsets": _OFFSET_SOURCES[rig.offsets.method.value],
-        "up from": rig.world.up_from,
+        "points": f"{len(calibration.points.positions):,}",
+        "offsets": _OFFSET_SOURCES[calibration.offsets.method.value],
+        "up from": calibration.world.up_from,
         "seconds": f"{seconds}",
         "report": str(page),
     }
     print_table(output.name, lines)
     first_heading, *other_headings = HEADINGS
-    print_columns("Cameras", [f"<{first_heading}", *other_headings], list_cameras(rig))
+    print_columns("Cameras", [f"<{first_heading}", *other_headings], list_cameras(calibration))
 
 
 _OFFSET_SOURCES = {
@@ -238,9 +242,9 @@ _OFFSET_SOURCES = {
 }
 
 
-def _as_json(rig: "Calibration") -> dict[str, object]:
+def _as_json(calibration: "Calibration") -> dict[str, object]:
     """Return a calibration in the form that `docs/schemas/calibrate.json` describes."""
-    confidence = rig.offsets.confidence
+    confidence = calibration.offsets.confidence
     return {
         "cameras": {
             name: {
@@ -248,16 +252,16 @@ def _as_json(rig: "Calibration") -> dict[str, object]:
                 "median_error": fit.median_error,
                 "points": fit.points,
                 "supported_points": fit.support,
-                "offset": rig.offsets.frames[name],
+                "offset": calibration.offsets.frames[name],
                 "confidence": confidence.get(name),
             }
-            for name, fit in rig.solution.fits.items()
+            for name, fit in calibration.solution.fits.items()
         },
-        "left_out": rig.solution.left_out,
-        "mean_error": rig.solution.mean_error,
-        "points": len(rig.points.positions),
-        "moments": rig.moments,
-        "sync": str(rig.offsets.method),
-        "up": list(rig.world.up),
-        "meters_per_unit": rig.world.meters_per_unit,
+        "left_out": calibration.solution.left_out,
+        "mean_error": calibration.solution.mean_error,
+        "points": len(calibration.points.positions),
+        "moments": calibration.moments,
+        "sync": str(calibration.offsets.method),
+        "up": list(calibration.world.up),
+        "meters_per_unit": calibration.world.meters_per_unit,
     }

@@ -135,7 +135,7 @@ def compare(
 
                 write_comparison(comparison, summary, folder)
         page = report / "index.html" if report else None
-        _show(comparison, summary, page, as_json=as_json)
+        _print_result(comparison, summary, page, as_json=as_json)
 
 
 def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySource]":
@@ -188,7 +188,7 @@ def _parse_size(text: str) -> tuple[Path, int]:
     return Path(path), int(number)
 
 
-def _show(
+def _print_result(
     comparison: "Comparison", summary: "Summary", page: Path | None, *, as_json: bool
 ) -> None:
     from quarc_ref.evaluation.comparison import tables

@@ -63,7 +63,7 @@ def decode_frames(
     frames: Frames = None,
     follow: FollowFlag = False,
     patience: Patience = DEFAULT_PATIENCE,
-    past_damage: Annotated[
+    recovers: Annotated[
         bool,
         typer.Option(
             "--recover", help="Continue decoding after damage, and report the lost frames."
@@ -94,14 +94,12 @@ def decode_frames(
         open_target = (
             open_output_frame if is_single_file else growing_folder if follow else written_folder
         )
-        recovery_hint = (
-            nullcontext() if follow or past_damage else _suggest_recovery(writer, frames)
-        )
+        recovery_hint = nullcontext() if follow or recovers else _suggest_recovery(writer, frames)
         with open_target(output, force=force) as folder, open_source(file) as source, recovery_hint:
             total = 0 if follow else count_frames(source)
-            decoding = FrameDecoder(source, follow_options, writer.gaps if past_damage else None)
-            for scene in decoding.decode_scenes(*frame_range):
-                writer.add(folder, scene, decoding.clip)
+            decoder = FrameDecoder(source, follow_options, writer.gaps if recovers else None)
+            for scene in decoder.decode_scenes(*frame_range):
+                writer.add(folder, scene, decoder.clip)
                 done_count = scene.frame + 1
                 progress.advance("decode", min(done_count, total) if total else done_count, total)
             writer.finish(folder)
@@ -110,9 +108,9 @@ def decode_frames(
                 message = f"--frames {frames}: the stream has none of these frames{available_text}"
                 raise UsageError(message if frames else "the stream has no frames")
             if not writer.names:
-                writer.print_result(None, as_json=as_json, past_damage=past_damage)
+                writer.print_result(None, as_json=as_json, recovers=recovers)
                 raise typer.Exit(EXIT_INVALID_STREAM)
-        writer.print_result(output, as_json=as_json, past_damage=past_damage)
+        writer.print_result(output, as_json=as_json, recovers=recovers)
         if writer.gaps:
             raise typer.Exit(EXIT_INVALID_STREAM)
 

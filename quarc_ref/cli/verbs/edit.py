@@ -53,7 +53,7 @@ def cut(
         with open_source(file) as source, open_output_stream(output, force=force) as sink:
             first = None if frames.startswith(":") else start
             count = cut_stream(source, first, stop, sink)
-        _show("cut/1", output, count, as_json=as_json)
+        _print_result("cut/1", output, count, as_json=as_json)
 
 
 def join(
@@ -85,7 +85,7 @@ def join(
         sources = [stack.enter_context(open_source(name)) for name in files]
         with open_output_stream(output, force=force) as sink:
             count = join_streams(sources, sink)
-        _show("join/1", output, count, as_json=as_json)
+        _print_result("join/1", output, count, as_json=as_json)
 
 
 def _reject_shared_output(output: Path, *, as_json: bool) -> None:
@@ -95,7 +95,7 @@ def _reject_shared_output(output: Path, *, as_json: bool) -> None:
         raise UsageError(message)
 
 
-def _show(schema: str, output: Path, count: int, *, as_json: bool) -> None:
+def _print_result(schema: str, output: Path, count: int, *, as_json: bool) -> None:
     """Print the frame count and the size of a stream, unless it was written to standard output."""
     if str(output) == STANDARD_STREAM:
         return

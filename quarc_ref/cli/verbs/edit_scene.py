@@ -13,7 +13,6 @@ from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.targets import open_output_stream
 
 if TYPE_CHECKING:
-    from quarc_ref.cli.output import TerminalProgress as Progress
     from quarc_ref.encoder.scenes.edits import Edit
     from quarc_ref.encoder.scenes.encode_scenes import SceneReport
     from quarc_ref.encoder.scenes.recolor import Recoloring
@@ -88,11 +87,15 @@ def edit(
         requested_edit = _parse_edit(crop or [], drop or [], transform, recolor or [])
         with open_source(file) as source, open_output_stream(output, force=force) as sink:
             count, report = _write_edited(source, sink, requested_edit, profile, progress)
-        _show(output, count, report, as_json=as_json)
+        _print_result(output, count, report, as_json=as_json)
 
 
 def _write_edited(
-    source: "Source", sink: BinaryIO, requested_edit: "Edit", profile: str, progress: "Progress"
+    source: "Source",
+    sink: BinaryIO,
+    requested_edit: "Edit",
+    profile: str,
+    progress: TerminalProgress,
 ) -> "tuple[int, SceneReport | None]":
     """Write the edited stream; return its frame count, and a report if frames were fitted again."""
     from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -174,7 +177,7 @@ def _parse_colors(changes: list[str]) -> "Recoloring":
     return Recoloring(values["gain"], (red, green, blue))
 
 
-def _show(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
+def _print_result(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
     """Print the size and the errors of a stream, unless it was written to standard output."""
     if str(output) == STANDARD_STREAM:
         return

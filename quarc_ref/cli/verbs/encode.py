@@ -127,7 +127,9 @@ def encode(
             else:
                 _encode_whole(job, output, write_mode)
         if not to_pipe:
-            _show(output, findings, round(time.monotonic() - start_time, 1), as_json=as_json)
+            _print_result(
+                output, findings, round(time.monotonic() - start_time, 1), as_json=as_json
+            )
 
 
 def _encode_whole(job: EncodeJob, output: Path, write_mode: WriteMode) -> None:
@@ -162,7 +164,9 @@ def _change_settings(
     )
 
 
-def _show(output: Path, findings: FindingCollector, seconds: float, *, as_json: bool) -> None:
+def _print_result(
+    output: Path, findings: FindingCollector, seconds: float, *, as_json: bool
+) -> None:
     """Print the sizes of the stream, the findings and the time of the encode."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 

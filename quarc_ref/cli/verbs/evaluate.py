@@ -84,8 +84,8 @@ def _convert_mismatch_errors(file: str, *, as_json: bool) -> Iterator[None]:
         yield
     except OtherCaptureError as error:
         if as_json:
-            captures = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
-            print_json("eval-refused/1", {"file": file, "same_capture": False, **captures})
+            fingerprints = {"fingerprint": error.fingerprint, "encoded_from": error.encoded_from}
+            print_json("eval-refused/1", {"file": file, "same_capture": False, **fingerprints})
         message = f"{error}: use --other-capture to measure the stream anyway"
         raise UsageError(message) from error
     except MismatchError as error:

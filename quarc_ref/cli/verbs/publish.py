@@ -9,7 +9,7 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
 from quarc_ref.cli.output import escape_controls, print_json, print_message, print_table
-from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, make_page_title
+from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.inspection.wording import count_noun
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from quarc_ref.streams import Source
     from quarc_ref.viewing.site import Site
 
-_FRAME_WIDTH = 960
-_FRAME_HEIGHT = 600  # pixels, for streams without cameras
-_BAR_HEIGHT = 93  # pixels: height of the player's controls on a page of width _FRAME_WIDTH
+_IFRAME_WIDTH = 960
+_IFRAME_HEIGHT = 600  # pixels, for streams without cameras
+_CONTROLS_HEIGHT = 93  # pixels: height of the player's controls on a page of width _IFRAME_WIDTH
 
 
 def publish(
@@ -62,7 +62,7 @@ def publish(
         page_url = _require_url(url) if url else f"{output.name}/"
         options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
         with open_source(file) as source, written_folder(output, force=force) as folder:
-            poster_camera = choose_first_camera(read_cameras(source), camera)
+            poster_camera = choose_initial_camera(read_cameras(source), camera)
             site = write_site(
                 folder,
                 source,
@@ -70,8 +70,8 @@ def publish(
                 lambda copy: _draw_poster(copy, poster_camera),
                 url and page_url,
             )
-        iframe = build_iframe(options.title, page_url, *_size_iframe(poster_camera))
-        _show(output, site, iframe, as_json=as_json)
+        iframe = build_iframe(options.title, page_url, *_choose_iframe_size(poster_camera))
+        _print_result(output, site, iframe, as_json=as_json)
 
 
 def _require_url(url: str) -> str:
@@ -102,15 +102,15 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
     return draw_poster(source, camera)
 
 
-def _size_iframe(camera: "Camera | None") -> tuple[int, int]:
+def _choose_iframe_size(camera: "Camera | None") -> tuple[int, int]:
     """Return the size of the iframe in pixels: it contains a camera's picture and the controls."""
     from quarc_ref.viewing.outline import fit_height
 
-    height = _FRAME_HEIGHT if camera is None else fit_height(camera, _FRAME_WIDTH)
-    return _FRAME_WIDTH, min(height, _FRAME_WIDTH) + _BAR_HEIGHT
+    height = _IFRAME_HEIGHT if camera is None else fit_height(camera, _IFRAME_WIDTH)
+    return _IFRAME_WIDTH, min(height, _IFRAME_WIDTH) + _CONTROLS_HEIGHT
 
 
-def _show(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
+def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
     if as_json:
         document = {
             "folder": str(output),

@@ -98,7 +98,7 @@ def render(
             help="Reject pictures with more than N pixels, because a stream may declare any size.",
         ),
     ] = _MAX_PIXELS,
-    pixels: Annotated[
+    pixel_format: Annotated[
         Literal["yuv444p", "yuv420p"] | None,
         typer.Option(
             "--pixels",
@@ -124,7 +124,7 @@ def render(
 
         frame_range = parse_frames(frames)
         kind = to or choose_kind(output, depth=depth)
-        _reject_conflicts(kind, depth, path, pixels, pictures)
+        _reject_conflicts(kind, depth, path, pixel_format, pictures)
         with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
@@ -139,22 +139,22 @@ def render(
                 result = write_depths(zip(shots, rendered, strict=True), output, kind, force=force)
             elif kind == "mp4" or kind == "webm":
                 video_format = choose_video_format(
-                    outline, render_camera, pixels or "yuv444p", kind
+                    outline, render_camera, pixel_format or "yuv444p", kind
                 )
                 result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
                 numbers = (shot.frame for shot in shots) if path is None else range(len(shots))
                 pairs = zip(numbers, rendered, strict=True)
                 result = write_pictures(pairs, output, force=force)
-        _show(output, shots, path, result, kind, as_json=as_json)
+        _print_result(output, shots, path, result, kind, as_json=as_json)
 
 
 def _reject_conflicts(
-    kind: OutputKind, depth: bool, path: str | None, pixels: str | None, pictures: int | None
+    kind: OutputKind, depth: bool, path: str | None, pixel_format: str | None, pictures: int | None
 ) -> None:
     """Raise UsageError if options cannot be combined."""
     conflicts = {
-        "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixels,
+        "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixel_format,
         "--to npz needs --depth": kind == "npz" and not depth,
         f"--depth cannot be combined with --to {kind}": depth and kind in ("mp4", "webm"),
         "--pictures needs --path": pictures is not None and path is None,
@@ -201,7 +201,7 @@ def _report_progress(
         yield picture
 
 
-def _show(
+def _print_result(
     output: Path,
     shots: "list[Shot]",
     path: str | None,

@@ -63,7 +63,7 @@ def import_frames(
             show_default="from the source, else 30",
         ),
     ] = None,
-    interval: Annotated[
+    keyframe_interval: Annotated[
         int,
         typer.Option(
             "--keyframe-interval",
@@ -93,13 +93,15 @@ def import_frames(
         _reject_capture(source)
         frames = open_frames(source, fps)
         options = _make_options(frames, fps, up)
-        options = replace(options, bounds=bounds, keyframe_interval=interval, progress=progress)
+        options = replace(
+            options, bounds=bounds, keyframe_interval=keyframe_interval, progress=progress
+        )
         with open_output_stream(output, force=force) as sink:
             report = encode_scenes(_read_frames(frames), sink, options)
         if report.dropped_sh_degree:
             degree = report.dropped_sh_degree
             print_message(f"SH degrees 2 to {degree} are dropped: a stream has at most degree 1")
-        _show(output, report, as_json=as_json)
+        _print_result(output, report, as_json=as_json)
 
 
 def _reject_capture(source: Path) -> None:
@@ -168,7 +170,7 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
     return bounds
 
 
-def _show(output: Path, report: "SceneReport", *, as_json: bool) -> None:
+def _print_result(output: Path, report: "SceneReport", *, as_json: bool) -> None:
     """Print the size and the errors of a stream, unless it was written to standard output."""
     from dataclasses import asdict
 

@@ -130,20 +130,20 @@ class _Verifier:
 def describe_verification(verification: "Verification") -> dict[str, str]:
     """Format the results of `verify --deep` as rows of a table."""
     bits = f"{verification.bits:,} bits in {verification.sections:,} sections"
-    coders = f"both decoders give the same {bits}"
+    entropy_text = f"both decoders give the same {bits}"
     if verification.entropy_decoders == 1:
-        coders = f"one decoder gives {bits}; the other one, constriction, is not installed"
-    level = "; ".join(
+        entropy_text = f"one decoder gives {bits}; the other one, constriction, is not installed"
+    level_text = "; ".join(
         f"{verification.maxima[key]:,} of {verification.limits[key]:,} {name}"
         for key, name in _LIMIT_NAMES.items()
     )
     return {
         "chunks": f"{verification.chunks:,}, all CRCs match",
         "states": f"{verification.frames:,}, all CRCs match",
-        "entropy": coders,
+        "entropy": entropy_text,
         "seek points": f"{verification.seek_points:,}, all with the same states "
         f"({verification.frames_compared:,} frames compared)",
-        f"level {verification.level / 10:.1f}": f"within its limits, at most {level}",
+        f"level {verification.level / 10:.1f}": f"within its limits, at most {level_text}",
     }
 
 

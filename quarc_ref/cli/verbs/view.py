@@ -20,7 +20,7 @@ from quarc_ref.cli.following import (
 )
 from quarc_ref.cli.options import STANDARD_STREAM, AsJson, UpAxis, format_stream_name
 from quarc_ref.cli.output import print_json, print_message, print_table
-from quarc_ref.cli.page_options import CameraName, Title, choose_first_camera, make_page_title
+from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
 from quarc_ref.cli.seekable_stream import growing_copy, open_seekable
 
 if TYPE_CHECKING:
@@ -109,16 +109,16 @@ def _open_stream(
         if not is_standard_input:
             source = stack.enter_context(open_seekable(source))
         cameras = poll(lambda: read_cameras(source), follow)
-        choose_first_camera(cameras, options.camera)
+        choose_initial_camera(cameras, options.camera)
         if is_standard_input:
             source = stack.enter_context(growing_copy(source))
         is_live = is_standard_input or follow is not None
         if not is_live:
-            _warn_about_missing_end(name, source)
+            _warn_if_incomplete(name, source)
         yield _ViewedStream(source, replace(options, live=is_live))
 
 
-def _warn_about_missing_end(name: str, source: "Source") -> None:
+def _warn_if_incomplete(name: str, source: "Source") -> None:
     from quarc_ref.streams.seek import read_tail_chunk
 
     if read_tail_chunk(source, source.size() or 0) is None:
