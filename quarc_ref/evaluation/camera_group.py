@@ -1,4 +1,4 @@
-"""Measures a group of cameras of a capture, frame by frame."""
+"""Measures the quality of decoded frames on a group of cameras, frame by frame."""
 
 from collections.abc import Sequence
 
@@ -15,13 +15,13 @@ from quarc_ref.format.cameras import Camera
 
 
 class CameraGroup:
-    """Measures decoded frames on a group of cameras, in temporal order.
+    """Measures the quality of decoded frames, in temporal order, on a group of cameras.
 
     Args:
         capture: Capture whose pictures are the ground truth.
         cameras: Cameras for rendering, in the order of the capture; see `measure_views`.
-        indices: Indices of the cameras in the group.
-        correction: Color correction; its prefix marks the metrics after correction.
+        indices: Indices, in `cameras`, of the cameras that form the group.
+        correction: Color correction; the names of corrected metrics contain its prefix.
         lpips: LPIPS metric; None to omit it.
 
     Raises:
@@ -52,14 +52,14 @@ class CameraGroup:
 
     @property
     def variants(self) -> dict[str, str]:
-        """The variant of each metric, by its name."""
+        """Description of each metric's exact variant, keyed by metric name."""
         return list_variants(self._lpips)
 
     def measure(self, splats: Splats, frame: int) -> list[View]:
         """Measure a frame on every camera of the group; return the rendered views.
 
         Args:
-            splats: The frame's scene in floats.
+            splats: Splats of the frame.
             frame: Ordinal of the frame.
 
         Raises:
@@ -75,12 +75,12 @@ class CameraGroup:
 
 
 def list_variants(lpips: Lpips | None) -> dict[str, str]:
-    """Return the variant of each metric, including LPIPS if it is measured."""
+    """Return the description of each metric's variant, including LPIPS if it is measured."""
     return VARIANTS if lpips is None else VARIANTS | {"lpips": lpips.variant}
 
 
 def find_background(capture: Capture, index: int) -> Picture | None:
-    """Return the static background of a camera (`regions.find_background`).
+    """Return the static background of a camera; see `regions.find_background`.
 
     Args:
         capture: Capture that the camera belongs to.

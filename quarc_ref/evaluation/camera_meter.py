@@ -1,4 +1,4 @@
-"""Measures the quality of one camera, frame by frame."""
+"""Measures the quality of one camera's views, frame by frame."""
 
 import numpy as np
 
@@ -18,8 +18,9 @@ from quarc_ref.evaluation.views import View
 Measures = dict[str, float | None]  # metrics by name; None if not measurable
 
 FLICKER_VARIANT = (
-    "flicker, truth_flicker: mean absolute change from the previous frame, of the rendering "
-    "and of the truth, over pixels that are static in both frames, in 8-bit levels"
+    "flicker, truth_flicker: mean absolute difference, in 8-bit levels, between a frame and the "
+    "previous frame of the rendering (flicker) or of the ground truth (truth_flicker), over "
+    "pixels that are static in both frames"
 )
 VARIANTS = {
     "psnr": PSNR_VARIANT,
@@ -35,8 +36,9 @@ class CameraMeter:
     """Measures the views of one camera in temporal order.
 
     Args:
-        background: `[H, W, 3]` background from `find_background`; None to measure no regions.
-        correction: Color correction; its prefix marks the metrics after correction.
+        background: `[H, W, 3]` background from `find_background`; None if unknown, so that
+            metrics of regions are not measured.
+        correction: Color correction; the names of corrected metrics contain its prefix.
     """
 
     def __init__(self, background: Picture | None, correction: Correction = COLOR) -> None:
@@ -48,10 +50,11 @@ class CameraMeter:
         """Return the metrics of a view.
 
         Returns:
-            `psnr`, `ssim`, `moving_psnr` and `static_psnr`, each without and with color
-            correction; names of corrected metrics contain the prefix of the correction,
-            such as `moving_cc_psnr`. Also `flicker` and `truth_flicker`. Metrics of empty or
-            unknown regions, and the flicker of the first frame, are None.
+            The metrics by name: `psnr`, `ssim`, `moving_psnr` and `static_psnr`, each with and
+            without color correction, as well as `flicker` and `truth_flicker`. The names of
+            corrected metrics contain the prefix of the correction, such as `moving_cc_psnr`.
+            A metric is None if its region is empty or unknown. The flicker of the first frame
+            is also None.
         """
         prefix = self._correction.prefix
         corrected = self._correct(view)
@@ -68,7 +71,7 @@ class CameraMeter:
         return metrics | self._measure_flicker(view, static)
 
     def _correct(self, view: View) -> Picture:
-        """Return the rendering with corrected colors, fitted on the unmasked pixels."""
+        """Return the rendering after a color correction that is fitted to the unmasked pixels."""
         if view.mask is None:
             return self._correction.apply(view.decoded, view.truth)
         mask, corrected = view.mask, np.zeros_like(view.decoded)
@@ -76,7 +79,7 @@ class CameraMeter:
         return corrected
 
     def _find_regions(self, view: View) -> tuple[Mask | None, Mask | None]:
-        """Return masks `[H, W]` of the unmasked moving and static pixels."""
+        """Return `[H, W]` masks of the moving and the static pixels, without masked pixels."""
         if self._background is None:
             return None, None
         moving = find_moving_region(view.image, self._background, view.mask)
@@ -104,7 +107,7 @@ def _measure_masked_psnr(mask: Mask | None, picture: Picture, truth: Picture) ->
 
 
 def _measure_change(mask: Mask, picture: Picture, previous: Picture) -> float | None:
-    """Return the mean absolute difference in 8-bit levels over a mask; None for an empty mask."""
+    """Return the mean absolute difference in 8-bit levels over a mask; None if it is empty."""
     if not mask.any():
         return None
     return 255 * float(np.abs(picture[mask] - previous[mask]).mean(dtype=np.float64))

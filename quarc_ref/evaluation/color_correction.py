@@ -1,4 +1,4 @@
-"""Fits the colors of a rendering to the ground truth, which another camera may have taken.
+"""Corrects the colors of a rendering before it is compared with the ground truth.
 
 The encoder cannot know the exposure and white balance of held-out cameras, so metrics are
 also measured after color correction, as in nerfstudio, gsplat and Zip-NeRF (cc_psnr).
@@ -20,11 +20,12 @@ CC_VARIANT = (
 
 @dataclass(frozen=True, slots=True)
 class Correction:
-    """A method to correct colors.
+    """A method of color correction.
 
     Attributes:
-        prefix: Prefix of metric names after this correction, such as `cc` in `cc_psnr`.
-        apply: Function that corrects a rendering to a truth, both `[H, W, 3]` from 0 to 1.
+        prefix: Prefix in the names of corrected metrics, such as `cc` in `cc_psnr`.
+        apply: Function that takes a rendering and the ground truth, both `[..., 3]` from 0 to 1,
+            and returns the corrected rendering.
     """
 
     prefix: str
@@ -45,7 +46,7 @@ def correct_color(picture: Picture, truth: Picture) -> Picture:
 
 
 def correct_gain(picture: Picture, truth: Picture) -> Picture:
-    """Apply the gains of red, green and blue that fit a picture to the truth by least squares.
+    """Multiply red, green and blue by the gains that fit a picture to the truth by least squares.
 
     Args:
         picture: `[H, W, 3]` picture from 0 to 1.

@@ -40,7 +40,7 @@ class Evaluation:
         summary: Summary of the stream.
         quality: Metrics.
         frames: Ordinals of the measured frames.
-        shown_views: Views of the first held-out camera: first, middle and last frame.
+        shown_views: First, middle and last view of the first held-out camera.
         protocol: Conditions of the measurement.
     """
 
@@ -62,13 +62,14 @@ def evaluate_stream(
     Args:
         data: Bytes of the stream.
         folder: Folder of the capture.
-        on_progress: Called after every frame with stage, done, total.
+        on_progress: Called after every inspected or measured frame with the stage, the number of
+            finished frames and the number of all frames.
         options: Frames and metrics to measure.
 
     Raises:
-        BitstreamError: The stream is invalid.
-        OtherCaptureError: The stream was made from another capture.
-        MismatchError: The stream cannot be measured on the capture, or has no frame of the span.
+        BitstreamError: The stream is malformed.
+        OtherCaptureError: The stream was encoded from another capture.
+        MismatchError: The stream cannot be measured on the capture, or has no frames in the span.
         CaptureError: The capture cannot be read.
     """
     summary = inspect_stream(data, on_progress)
@@ -91,7 +92,7 @@ def evaluate_stream(
 
 
 def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames of a stream within a span; raise MismatchError for an empty span."""
+    """Return the frames of a stream within a span; raise MismatchError if there are none."""
     start, stop = span
     frames = tuple(
         frame.frame
@@ -100,6 +101,6 @@ def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[
     )
     if not frames:
         first, last = summary.frames[0].frame, summary.frames[-1].frame
-        message = f"no frame of the stream is in this range; its frames are {first} to {last}"
+        message = f"the stream has no frames in this range; its frames are {first} to {last}"
         raise MismatchError(message)
     return frames

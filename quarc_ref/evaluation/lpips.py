@@ -1,11 +1,11 @@
-"""LPIPS with weights from a file of the user; the package contains and downloads no weights.
+"""Measures LPIPS with weights from a file that the user provides.
 
-This statement creates the file:
+The package neither contains nor downloads weights. This statement creates the file:
 
     torch.save(lpips.LPIPS(net="vgg").state_dict(), "lpips_vgg.pth")
 
-Pictures range from 0 to 1, although the network was trained with -1 to 1. Results are
-therefore comparable with 3DGS and the methods based on 3DGS, which use the same range.
+The values of pictures range from 0 to 1, although the network was trained with the range -1
+to 1. 3DGS and methods based on it use the same range, so results are comparable with theirs.
 """
 
 import hashlib
@@ -35,10 +35,10 @@ class Lpips:
         path: File of the weights.
 
     Attributes:
-        variant: Name of the variant, which is reported with results.
+        variant: Description of the variant, which is reported with the results.
 
     Raises:
-        WeightsError: The file does not exist, or is not a weights file.
+        WeightsError: The file cannot be read, or does not contain the weights of LPIPS.
     """
 
     def __init__(self, path: Path) -> None:
@@ -78,7 +78,7 @@ class Lpips:
         return total
 
     def _list_features(self, pictures: Tensor) -> list[Tensor]:
-        """Return the `[2, C, h, w]` features at the end of every slice."""
+        """Return the `[2, C, h, w]` features after every slice of the network."""
         shift, scale = (self._weights[f"scaling_layer.{name}"] for name in ("shift", "scale"))
         activations, features = (pictures - shift) / scale, []
         for index, layers in enumerate(_SLICES):

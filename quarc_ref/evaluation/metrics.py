@@ -1,7 +1,7 @@
-"""Metrics of a picture against the ground truth, and the names of their variants.
+"""Measures pictures against the ground truth, and describes the variants of the metrics.
 
-Metrics are only comparable within a variant: five common SSIM variants score 0.84 to 0.90
-for the same pair of pictures.
+Only results of the same variant of a metric are comparable: five common variants of SSIM give
+0.84 to 0.90 for the same pair of pictures.
 """
 
 import math
@@ -17,8 +17,8 @@ Mask = NDArray[np.bool_]
 
 MAX_DECIBELS = 100.0  # as in libvpx and libaom, because equal pictures would make means infinite
 PSNR_VARIANT = (
-    "psnr: floats clamped to [0, 1], MSE over pixels and channels, at most 100 dB, mean of the "
-    "frames' dB"
+    "psnr: floats clamped to [0, 1], MSE over pixels and channels, at most 100 dB, dB values "
+    "averaged over frames"
 )
 SSIM_VARIANT = (
     "ssim_inria: 11x11 Gaussian of sigma 1.5, zero padding, mean over pixels and channels"
@@ -35,7 +35,7 @@ def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
     Args:
         picture: The rendering.
         truth: The ground truth.
-        mask: `[H, W]` mask of the pixels to measure, not empty; None for all pixels.
+        mask: Non-empty `[H, W]` mask of the pixels to measure; None for all pixels.
 
     Returns:
         The PSNR, at most `MAX_DECIBELS`, which is the value for equal pictures.
@@ -47,12 +47,12 @@ def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
 
 
 def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> float:
-    """Return the `ssim_inria` of two pictures `[H, W, 3]` from 0 to 1.
+    """Return the SSIM (variant `ssim_inria`) of two pictures `[H, W, 3]` from 0 to 1.
 
     Args:
         picture: The rendering.
         truth: The ground truth.
-        mask: `[H, W]` mask of the pixels to average over, not empty; None for all pixels.
+        mask: Non-empty `[H, W]` mask of the pixels to average over; None for all pixels.
     """
     shape = (picture.shape[0], -1)
     first = np.ascontiguousarray(picture, dtype=np.float32).reshape(shape)

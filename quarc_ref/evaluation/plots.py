@@ -1,4 +1,4 @@
-"""Draws all plots and pictures for files; the only module that imports matplotlib."""
+"""Draws the plots and encodes the pictures of evaluations as PNG."""
 
 import io
 from collections.abc import Mapping, Sequence
@@ -40,11 +40,11 @@ class Curve:
 
 
 def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
-    """Plot the PSNR and the bytes of every frame as PNG."""
+    """Return a PNG plot of the PSNR and the size of every frame."""
     figure, (top_axes, bottom_axes) = _make_figure(2)
     frames = [frame.frame for frame in summary.frames]
     top_axes.plot(psnr.x, psnr.y, color=_BLUE, marker="o", markersize=3)
-    top_axes.set_ylabel("PSNR, held out (dB)")
+    top_axes.set_ylabel("PSNR of held-out views (dB)")
     stack_tops = np.zeros(len(frames))
     for kind in ("motion", "updates", "births"):
         sizes = np.array([frame.coded_bytes[kind] / KILOBYTE for frame in summary.frames])
@@ -62,7 +62,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
 
 
 def plot_kinds(summary: StreamSummary) -> bytes:
-    """Plot the bytes by kind, next to the zero-order estimate of the same symbols, as PNG."""
+    """Return a PNG plot of the bytes by kind and the zero-order estimate of the same symbols."""
     figure, (axes,) = _make_figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kinds = [*KINDS, "overhead"]
@@ -93,10 +93,10 @@ def plot_kinds(summary: StreamSummary) -> bytes:
 
 
 def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
-    """Plot the coded size of the same symbols with different coders as PNG.
+    """Return a PNG plot of the size of the same symbols when coded with different coders.
 
     Args:
-        panels: `{label of the axis: {coder: size}}`; a panel may omit coders that do not
+        panels: `{label of the y axis: {coder: size}}`; a panel may omit coders that do not
             apply to it.
     """
     figure, rows = _make_figure(len(panels))
@@ -113,10 +113,11 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
 
 
 def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
-    """Plot the spread of numbers as PNG: a dot for each number and a bar for the mean.
+    """Return a PNG plot with a dot for each number and a bar for the mean of each group.
 
     Args:
-        panels: `{label of the axis: {name: numbers}}` with the same names in every panel.
+        panels: `{label of the y axis: {name of the group: numbers}}` with the same names in every
+            panel.
     """
     figure, rows = _make_figure(len(panels))
     for axes, (label, groups) in zip(rows, panels.items(), strict=True):
@@ -134,11 +135,12 @@ def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
 def plot_rate_distortion(
     points: Sequence[tuple[float, float, str]], hull: Sequence[tuple[float, float]]
 ) -> bytes:
-    """Plot quality against rate, with the upper hull, as PNG.
+    """Return a PNG plot of quality against rate, with the upper hull.
 
     Args:
-        points: KB per frame, dB and the changed setting of each point; the default first.
-        hull: KB per frame and dB of the points on the hull, by ascending rate.
+        points: KB per frame, PSNR in dB and the changed setting of each point; the point of the
+            default settings comes first.
+        hull: KB per frame and PSNR in dB of the points on the hull, in ascending order of rate.
     """
     figure, (axes,) = _make_figure(1, height=5)
     axes.plot(*zip(*hull, strict=True), color=_GRAY, linewidth=1, label="upper hull")
@@ -154,8 +156,8 @@ def plot_rate_distortion(
             color="#4a545e",
             fontsize=7,
         )
-    axes.set_xlabel("KB per frame, canonical frame spread over 300")
-    axes.set_ylabel("PSNR, held out (dB)")
+    axes.set_xlabel("KB per frame, with the canonical frame spread over 300 frames")
+    axes.set_ylabel("PSNR of held-out views (dB)")
     _place_legend_above(axes)
     return _encode_png(figure)
 
@@ -163,13 +165,13 @@ def plot_rate_distortion(
 def plot_curves(
     panels: Mapping[str, Mapping[str, Curve]], axis_label: str, *, is_log2: bool = False
 ) -> bytes:
-    """Plot curves over one axis in vertically stacked panels as PNG.
+    """Return a PNG plot of curves in vertically stacked panels with a common x axis.
 
     Args:
         panels: `{label of the panel: {name of the curve: curve}}`; the name of a single
             curve may be empty.
-        axis_label: Label of the common axis.
-        is_log2: Whether the axis is logarithmic with base 2.
+        axis_label: Label of the common x axis.
+        is_log2: Whether the x axis is logarithmic with base 2.
     """
     figure, rows = _make_figure(len(panels))
     for axes, (label, curves) in zip(rows, panels.items(), strict=True):
@@ -189,10 +191,11 @@ def plot_curves(
 
 
 def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> bytes:
-    """Plot quality against rate, with one panel per metric, as PNG.
+    """Return a PNG plot of quality against rate, with one panel per metric.
 
     Args:
-        panels: `{label of the panel: {name of the curve: curve}}` with at least two points.
+        panels: `{label of the panel: {name of the curve: curve}}` with at least two points in
+            total.
         axis_label: Label of the rate axis, which is logarithmic for a wide range of rates.
     """
     figure, rows = _make_figure(len(panels), height=3.4)
@@ -213,7 +216,7 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> by
 
 
 def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes:
-    """Plot the decoding time per frame against the number of Gaussians as PNG.
+    """Return a PNG plot of the decoding time per frame against the number of Gaussians.
 
     Args:
         lines: `{label: [(Gaussians, milliseconds), ...]}` with ascending numbers of Gaussians.

@@ -1,6 +1,6 @@
 """Conditions of a measurement, which are reported with its results.
 
-All values are read from the stream and the capture.
+The values come from the stream, the capture and the installed packages.
 """
 
 from collections.abc import Sequence
@@ -23,9 +23,9 @@ class Protocol:
 
     Attributes:
         capture: Name of the capture.
-        fingerprint: Digest of the files of the capture.
-        encoded_from: Digest of the source files according to the stream; None for a stream
-            without such a digest.
+        fingerprint: Fingerprint of the capture, a digest of its files.
+        encoded_from: Fingerprint of the capture from which the stream was encoded; None if the
+            stream contains no fingerprint.
         training: Names of the training cameras.
         held_out: Names of the measured cameras.
         resolution: Width and height of the first held-out camera.
@@ -33,7 +33,7 @@ class Protocol:
         seed: Seed of all random numbers of the encoder.
         renderer: Description of the renderer.
         versions: Versions of this package, the format and installed libraries.
-        metrics: The variant of each metric, by its name.
+        metrics: Description of each metric's exact variant, keyed by metric name.
     """
 
     capture: str
@@ -50,11 +50,11 @@ class Protocol:
 
     @property
     def same_capture(self) -> bool | None:
-        """Whether the stream was encoded from this capture; None without a fingerprint."""
+        """Whether the stream was encoded from this capture; None if it has no fingerprint."""
         return None if self.encoded_from is None else self.encoded_from == self.fingerprint
 
     def as_json(self) -> dict[str, object]:
-        """Return the protocol in the form of `eval --json`."""
+        """Return the protocol as part of the output of `eval --json`."""
         return {
             "capture": self.capture,
             "fingerprint": self.fingerprint,
@@ -69,7 +69,7 @@ class Protocol:
         }
 
     def as_lines(self) -> dict[str, str]:
-        """Return the protocol as readable text by name."""
+        """Return the protocol as readable texts by name."""
         source_text = "this capture" if self.same_capture else self.encoded_from
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",

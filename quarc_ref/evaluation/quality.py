@@ -30,7 +30,7 @@ class Quality:
 
     Attributes:
         per_camera: `Measures` of every frame, by camera name.
-        variants: The variant of each metric, by its name.
+        variants: Description of each metric's exact variant, keyed by metric name.
     """
 
     per_camera: Mapping[str, Sequence[Measures]]
@@ -47,7 +47,7 @@ class Quality:
         return self._list_frame_values("ssim")
 
     def count_views(self) -> tuple[int, int]:
-        """Return the number of views with the maximum PSNR, and the number of all views."""
+        """Return the number of views that equal the ground truth, and the number of all views."""
         psnr = [view["psnr"] for views in self.per_camera.values() for view in views]
         return psnr.count(MAX_DECIBELS), len(psnr)
 
@@ -68,7 +68,7 @@ class Quality:
         return [heading for heading, metric, _ in COLUMNS if metric in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
-        """Return table rows for each camera and for their mean: name and metrics."""
+        """Return a table row for each camera and one for their mean: the name, then the metrics."""
         named_metrics = [*self.by_camera().items(), ("mean", self.mean())]
         return [
             [
@@ -83,7 +83,7 @@ class Quality:
         ]
 
     def as_json(self) -> dict[str, object]:
-        """Return the quality in the form of `eval --json`."""
+        """Return the quality as part of the output of `eval --json`."""
         return {
             "psnr": fmean(self.psnr),
             "ssim": fmean(self.ssim),
@@ -103,7 +103,7 @@ class Quality:
 
 
 def average(measures: Iterable[Measures]) -> Measures:
-    """Return the mean of each metric over all rows with a value; None without any value."""
+    """Return the mean of each metric over the rows that have a value; None if no row has one."""
     rows = list(measures)
     values_by_name = {
         name: [value for row in rows if (value := row[name]) is not None]

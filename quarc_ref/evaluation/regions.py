@@ -1,8 +1,8 @@
-"""Detects the moving region of pictures, because a mean over all pixels hides its errors.
+"""Detects the moving region of pictures, whose errors a mean over all pixels would hide.
 
 The background of a camera is the median of its pictures over time. The moving region
-consists of the pixels that differ from the background, and a margin; all other pixels are
-static.
+consists of the pixels that differ from the background, and of a margin around them. All other
+pixels are static.
 """
 
 from collections.abc import Sequence
@@ -20,8 +20,8 @@ _MARGIN = 2  # pixels
 MOVING_VARIANT = (
     f"moving_*, static_*: a pixel is moving if any pixel at most {_MARGIN} pixels away differs "
     f"from the background by more than {_MIN_CHANGE} 8-bit levels in any color, and static "
-    f"otherwise; the background is the camera's median of at most {_MAX_FRAMES} frames, evenly "
-    "spread over the capture; color corrections are fitted on the whole picture"
+    f"otherwise; the background is the median of at most {_MAX_FRAMES} frames of the camera, "
+    "evenly spread over the capture; color corrections are fitted to the whole picture"
 )
 
 
@@ -37,7 +37,7 @@ def choose_frames(frame_count: int) -> list[int]:
 
 
 def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
-    """Return the `[H, W, 3]` median over time in 8-bit levels.
+    """Return the `[H, W, 3]` median of pictures over time, in 8-bit levels.
 
     Args:
         pictures: Pictures `[H, W, 3]` of the frames from `choose_frames`.

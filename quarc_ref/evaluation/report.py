@@ -45,7 +45,7 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
 
 
 def _name_file(view: View, name: str) -> str:
-    """Return a safe file name, because the name of a camera can be any text, such as a path."""
+    """Return a safe file name for a camera name, which can be any text, such as a path."""
     camera = re.sub(r"[^A-Za-z0-9-]", "_", view.camera)
     return f"{camera}_{view.frame:04}_{name}.png"
 
@@ -63,7 +63,7 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     parts = {
         "title": html.escape(f"{name}: {count_noun(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(
-            f"Rendered from the decoded file and measured on {held_out}, held out from training. "
+            f"Rendered from the decoded stream and measured on {held_out}, held out from training. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
         ),
         "figures": _compose_figures(evaluation),
@@ -86,8 +86,8 @@ def _compose_figures(evaluation: Evaluation) -> str:
         "PSNR, first frame": f"{quality.psnr[0]:.2f} dB",
         "PSNR, worst frame": f"{min(quality.psnr):.2f} dB",
         "SSIM, mean": f"{np.mean(quality.ssim):.4f}",
-        "KB per frame, without canonical": f"{rates['without_canonical']:.2f}",
-        "KB per frame, with canonical": f"{rates['with_canonical']:.2f}",
+        "KB per frame, without canonical frames": f"{rates['without_canonical']:.2f}",
+        "KB per frame, with canonical frames": f"{rates['with_canonical']:.2f}",
         "Gaussians": f"{summary.frames[-1].gaussians:,}",
         "whole stream": f"{summary.total_bytes:,} bytes",
     }
@@ -106,7 +106,7 @@ def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
     )
     caption = (
         f"frame {view.frame}, {html.escape(view.camera)}: {view.psnr:.2f} dB, "
-        f"SSIM {view.ssim:.4f}; truth, decoded, difference times {DIFFERENCE_GAIN}"
+        f"SSIM {view.ssim:.4f}; from left: truth, decoded, difference times {DIFFERENCE_GAIN}"
     )
     return f'<figure><div class="views">{images}</div><figcaption>{caption}</figcaption></figure>'
 

@@ -19,7 +19,7 @@ class MismatchError(ValueError):
 
 
 class OtherCaptureError(MismatchError):
-    """A stream fits a capture, but was encoded from another capture.
+    """A stream matches the cameras of a capture, but was encoded from another capture.
 
     Attributes:
         fingerprint: Fingerprint of the capture.
@@ -46,14 +46,14 @@ def open_same_capture(
         other_capture: Whether to accept another capture with the same cameras and sizes.
 
     Raises:
-        OtherCaptureError: The stream was made from another capture.
+        OtherCaptureError: The stream was encoded from another capture.
         MismatchError: The stream cannot be measured on the capture.
         CaptureError: The capture cannot be read.
     """
     held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
     if not held_out or not summary.frames:
-        missing_item = "frame" if held_out else "held-out camera"
-        message = f"the stream has no {missing_item}, so there is nothing to measure"
+        missing_items = "frames" if held_out else "held-out cameras"
+        message = f"the stream has no {missing_items}, so there is nothing to measure"
         raise MismatchError(message)
     start = _read_start(summary)
     full_size_capture = open_capture(folder, CaptureOptions(start=start))
@@ -78,7 +78,7 @@ def open_same_capture(
 
 
 def _read_start(summary: StreamSummary) -> int:
-    """Return the ordinal, in the capture, of frame 0 of the stream.
+    """Return the frame number in the capture of the stream's frame 0.
 
     Raises:
         MismatchError: `start` in the stream's metadata is not a frame number.

@@ -45,13 +45,13 @@ def measure_views(
     capture: Capture,
     indices: Sequence[int] | None = None,
 ) -> list[View]:
-    """Render a frame for cameras, and measure it against the ground truth.
+    """Render a frame for several cameras, and measure it against the ground truth.
 
     Args:
-        splats: The frame's scene in floats.
+        splats: Splats of the frame.
         frame: Ordinal of the frame.
-        cameras: Cameras for rendering, in the order of the capture; the cameras in a stream
-            are rounded and differ slightly from the cameras of the capture.
+        cameras: Cameras for which to render, in the order of the capture. They may come from a
+            stream, whose cameras are rounded and differ slightly from those of the capture.
         capture: Capture whose pictures are the ground truth.
         indices: Indices of the cameras to render; None for the held-out cameras.
     """
@@ -73,7 +73,7 @@ def measure_views(
 def make_view(
     frame: int, camera: str, image: Image, picture: Picture, mask: Mask | None = None
 ) -> View:
-    """Return a view with its metrics.
+    """Return a view, with metrics, of a rendering and an 8-bit picture.
 
     Args:
         frame: Ordinal of the frame.
@@ -94,13 +94,13 @@ def compare_pictures(  # noqa: PLR0913, all are parts of the view
     picture: Picture,
     mask: Mask | None = None,
 ) -> View:
-    """Return a view of a rendering and its ground truth, with metrics.
+    """Return a view, with metrics, of a rendering and its ground truth.
 
     Args:
         frame: Ordinal of the frame.
         camera: Name of the camera.
         image: `[H, W, 3]` ground truth in 8-bit levels.
-        truth: `[H, W, 3]` ground truth from 0 to 1, not rounded.
+        truth: `[H, W, 3]` ground truth from 0 to 1, not rounded to 8-bit levels.
         picture: `[H, W, 3]` rendering before clamping.
         mask: `[H, W]` mask of the pixels to use; None or an empty mask for all pixels.
     """

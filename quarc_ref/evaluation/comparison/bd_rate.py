@@ -1,7 +1,7 @@
-"""Bjontegaard deltas: the difference in rate between methods at the same quality.
+"""Computes Bjontegaard deltas: mean differences in rate at equal quality, and vice versa.
 
-The package `bjontegaard` computes the deltas with Akima interpolation, the most robust
-method of the package (Herglotz et al., ICIP 2022).
+The package `bjontegaard` computes the deltas with Akima interpolation, the most robust of
+its interpolation methods (Herglotz et al., ICIP 2022).
 """
 
 import math
@@ -20,13 +20,13 @@ Curve = Sequence[tuple[float, float]]  # rate and quality of each operating poin
 
 @dataclass(frozen=True, slots=True)
 class Delta:
-    """Difference between a method and the reference method.
+    """Bjontegaard deltas between a method and the reference method.
 
     Attributes:
         rate: BD-rate in percent, negative if the method needs fewer bytes; None if the
             curves do not overlap.
-        quality: BD-PSNR, or the delta of another metric in its units.
-        remark: Limitations of the result; empty for a result without limitations.
+        quality: BD-PSNR in dB, or the corresponding delta of another metric in its own unit.
+        remark: Why a delta is None, or warnings about its accuracy; otherwise empty.
     """
 
     rate: float | None
@@ -35,7 +35,7 @@ class Delta:
 
 
 def compare_curves(reference: Curve, curve: Curve) -> Delta:
-    """Compute the Bjontegaard deltas of a curve.
+    """Compute the Bjontegaard deltas of a curve relative to a reference curve.
 
     Args:
         reference: Rate (in any unit) and quality (higher is better) of each operating
@@ -43,8 +43,8 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
         curve: Rate and quality of each operating point of the other method.
 
     Returns:
-        The deltas: None with a remark if a curve has fewer than four points or is not
-        monotonic.
+        The deltas. Both are None, and the remark gives the reason, if a curve has fewer than
+        four points or its quality does not increase with the rate.
     """
     for name, points in (("the reference", reference), ("the method", curve)):
         if len(points) < MIN_POINTS:

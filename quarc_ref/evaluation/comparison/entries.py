@@ -1,4 +1,4 @@
-"""Entries of a comparison; each of them can render a frame for a camera."""
+"""Entries of a comparison, which render frames for cameras."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -30,7 +30,7 @@ class Label:
     point: str
 
     def __str__(self) -> str:
-        """Return the label in the form of the command line."""
+        """Return the label as it is written on the command line."""
         return self.method if self.method == self.point else f"{self.method}@{self.point}"
 
 
@@ -39,9 +39,9 @@ class EntryInfo:
     """Frames and size of an entry.
 
     Attributes:
-        kind: Human-readable kind of entry.
+        kind: Human-readable kind of the entry.
         frames: Ordinals of the frames, ascending.
-        byte_count: Total size of all frames; None if unknown.
+        byte_count: Total size of all frames in bytes; None if unknown.
     """
 
     kind: str
@@ -50,7 +50,7 @@ class EntryInfo:
 
 
 class Entry(ABC):
-    """Interface of an entry of a comparison.
+    """Interface of the entries of a comparison.
 
     Args:
         label: Method and operating point.
@@ -63,14 +63,14 @@ class Entry(ABC):
 
     @abstractmethod
     def render(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
-        """Render a frame for cameras.
+        """Render a frame for each camera.
 
         Args:
-            frame: Ordinal of the frame, greater than in all earlier calls.
+            frame: Ordinal of the frame; it must be greater than in all earlier calls.
             cameras: Cameras by name.
 
         Returns:
-            `[H, W, 3]` float32 from 0 to 1 for each camera, by name.
+            The `[H, W, 3]` float32 picture of each camera, from 0 to 1, by camera name.
 
         Raises:
             BitstreamError: A stream is malformed.
@@ -80,12 +80,12 @@ class Entry(ABC):
 
 
 class SplatEntry(Entry):
-    """An entry whose frames are Gaussians.
+    """An entry whose frames are sets of Gaussians.
 
     Args:
         label: Method and operating point.
         info: Frames and size.
-        load: Function that returns the Gaussians of a frame; called with ascending ordinals.
+        load: Function that returns the Gaussians of a frame; it is called with ascending ordinals.
     """
 
     def __init__(self, label: Label, info: EntryInfo, load: Callable[[int], Splats]) -> None:

@@ -1,4 +1,4 @@
-"""Entries from Gaussians of other methods: a PLY file per frame, or a `.4dgs` file."""
+"""Opens Gaussians of other methods as entries: one PLY file per frame, or a `.4dgs` file."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -34,7 +34,7 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
     Args:
         path: Path of the file.
         label: Method and operating point.
-        frames_per_second: Frame rate for sampling and comparing the file.
+        frames_per_second: Frame rate at which the file is sampled.
 
     Raises:
         UnreadableFramesError: The file is malformed.

@@ -35,7 +35,7 @@ class MeasuredEntry:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ComparedView:
-    """A view of all entries, for visual comparison.
+    """The pictures of all entries for one camera and frame, for visual comparison.
 
     Attributes:
         camera: Name of the camera.
@@ -57,13 +57,13 @@ class Comparison:
     """Measurements of all entries.
 
     Attributes:
-        measured: Measurements of each entry, in the order of the entries.
+        measured: Measured entries, in the order of the command line.
         frames: Ordinals of the compared frames.
         cameras: Names of the compared cameras.
         truth: Human-readable description of the ground truth.
         frames_per_second: Frame rate of all entries.
-        shown_views: Views to show.
-        variants: The variant of each metric, by its name.
+        shown_views: Views that the page shows.
+        variants: Description of each metric's exact variant, keyed by metric name.
     """
 
     measured: list[MeasuredEntry]
@@ -87,11 +87,12 @@ def measure_entries(
         inputs: The entries and the ground truth.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         lpips: LPIPS metric; None to omit it.
-        on_progress: Called after every frame: stage, done, total.
+        on_progress: Called after every frame with the stage, the number of measured frames and
+            the number of all frames.
 
     Raises:
         BitstreamError: A stream is malformed.
-        CaptureError: A picture cannot be read, or a render and its camera differ in size.
+        CaptureError: A picture cannot be read, or a render does not have the size of its camera.
         UnreadableFramesError: A file of another method is malformed.
         EntryError: The entries have no common frame within the span.
     """
@@ -133,7 +134,7 @@ class _EntryMeter:
 
     @property
     def variants(self) -> dict[str, str]:
-        """The variant of each metric."""
+        """Description of each metric's exact variant, keyed by metric name."""
         return list_variants(self._lpips)
 
     def measure(self, frame: int) -> None:
@@ -168,7 +169,7 @@ class _EntryMeter:
 def _load_truth(
     inputs: ComparisonInputs, frame: int
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
-    """Yield the name of each camera with its truth as 8-bit levels and floats, and its mask.
+    """Yield each camera's name and ground truth: its 8-bit levels, its floats, and its mask.
 
     The ground truth is the camera's picture or, without a capture, the rendering of the
     first entry.
@@ -190,7 +191,7 @@ def _find_index(capture: Capture, name: str) -> int:
 
 
 def _find_background(capture: Capture | None, name: str) -> Picture | None:
-    """Return the static background of a camera; None if the ground truth is an entry."""
+    """Return the static background of a camera; None if an entry is the ground truth."""
     return None if capture is None else find_background(capture, _find_index(capture, name))
 
 
@@ -220,7 +221,7 @@ def _format_frame_range(entry: Entry) -> str:
 
 
 def _choose_shown_views(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:
-    """Return camera and frame: three frames of the first camera, one of a few other cameras."""
+    """Return cameras and frames: three frames of the first camera, and one of a few others."""
     middle_frame = frames[len(frames) // 2]
     first = {(cameras[0], frame) for frame in (frames[0], middle_frame, frames[-1])}
     return first | {(name, middle_frame) for name in cameras[1:_MAX_SHOWN_CAMERAS]}

@@ -1,4 +1,4 @@
-"""Orders files with frame numbers in their names."""
+"""Orders files by the frame numbers in their names."""
 
 import re
 from collections.abc import Iterable
@@ -11,10 +11,10 @@ _MAX_DIGITS = 18
 
 
 def number_files(paths: Iterable[Path], folder: Path) -> dict[int, Path]:
-    """Return files by the last number in the file name, in ascending order.
+    """Return files, keyed and sorted by the last number in their names.
 
     Args:
-        paths: Paths of the files; a single file needs no number.
+        paths: Paths of the files; a single file without a number is frame 0.
         folder: Folder of the files, for error messages.
 
     Raises:
@@ -22,7 +22,7 @@ def number_files(paths: Iterable[Path], folder: Path) -> dict[int, Path]:
     """
     sorted_paths = sorted(paths)
     if not sorted_paths:
-        message = f"{folder} has no files with frames"
+        message = f"{folder} has no files that contain frames"
         raise EntryError(message)
     if len(sorted_paths) == 1 and find_frame_number(sorted_paths[0].stem) is None:
         return {0: sorted_paths[0]}
@@ -40,6 +40,6 @@ def number_files(paths: Iterable[Path], folder: Path) -> dict[int, Path]:
 
 
 def find_frame_number(stem: str) -> int | None:
-    """Return the last number in a file name; None for a name without a number."""
+    """Return the last number in a file name; None if the name contains no number."""
     match = _NUMBER.search(stem)
     return int(match[1]) if match and len(match[1]) <= _MAX_DIGITS else None

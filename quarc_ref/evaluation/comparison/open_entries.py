@@ -1,4 +1,4 @@
-"""Opens the entries of the command line: first streams, because they define the cameras."""
+"""Opens the entries of the command line, beginning with streams, which define the cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,12 +19,13 @@ _STREAM, _FOURDGS, _PLY = ".quarc", ".4dgs", ".ply"
 
 @dataclass(frozen=True, slots=True)
 class EntrySource:
-    """A named entry to compare.
+    """An entry that is not opened yet, with its label.
 
     Attributes:
         label: Method and operating point.
         path: Path of the entry.
-        byte_count: Size of the coded files behind a folder of renders; None if unknown.
+        byte_count: Size, in bytes, of the coded files from which a folder of renders was made;
+            None if unknown.
     """
 
     label: Label
@@ -37,12 +38,12 @@ class ComparisonOptions:
     """Options of a comparison.
 
     Attributes:
-        capture: Folder of the capture whose pictures are the ground truth; None to use
-            the first entry.
+        capture: Folder of the capture whose pictures are the ground truth; None to use the
+            renderings of the first entry.
         cameras: Names of the cameras to compare on; empty for the held-out cameras.
-        downscale: Factor by which the capture's pictures are downscaled, if no stream
+        downscale: Factor by which the capture's pictures are downscaled; ignored if a stream
             determines the size.
-        other_capture: Whether to accept streams of another capture.
+        other_capture: Whether to accept streams that were encoded from another capture.
     """
 
     capture: Path | None = None
@@ -57,7 +58,8 @@ class ComparisonInputs:
 
     Attributes:
         entries: Opened entries in the order of the command line.
-        capture: Capture whose pictures are the ground truth; None to use the first entry.
+        capture: Capture whose pictures are the ground truth; None to use the renderings of the
+            first entry.
         cameras: Cameras to compare on, by name.
         frames_per_second: Frame rate of all entries.
     """
@@ -78,7 +80,8 @@ def open_entries(
     Args:
         sources: The entries to open.
         options: Options of the comparison.
-        on_progress: Called for every inspected frame of a stream: stage, done, total.
+        on_progress: Called after every inspected frame of a stream with the stage, the number of
+            inspected frames and the number of all frames.
 
     Raises:
         BitstreamError: A stream is malformed.
@@ -145,7 +148,7 @@ def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> 
 
 
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
-    """Return the cameras of the first stream, or of the capture; all streams must agree."""
+    """Return the cameras of all streams, or those of the capture if no entry is a stream."""
     if not streams:
         if capture is None:
             message = "no entry is a stream, so --capture is needed to define the cameras"
@@ -162,9 +165,9 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
                 other_camera.height,
             ):
                 message = (
-                    f"{first.entry.label} and {other_stream.entry.label} differ in cameras: "
-                    f"{camera.name}, {camera.width} x {camera.height}, against "
-                    f"{other_camera.name}, {other_camera.width} x {other_camera.height}"
+                    f"{first.entry.label} and {other_stream.entry.label} have different cameras: "
+                    f"{camera.name} ({camera.width} x {camera.height}) and "
+                    f"{other_camera.name} ({other_camera.width} x {other_camera.height})"
                 )
                 raise EntryError(message)
     return list(first.summary.cameras)
@@ -179,7 +182,7 @@ def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -
     held_out = [camera.name for camera in available_cameras if camera.held_out]
     chosen_names = list(names) or held_out or list(by_name)
     if not chosen_names:
-        message = "the streams have no cameras to compare"
+        message = "the streams have no cameras on which to compare them"
         raise EntryError(message)
     return {name: by_name[name] for name in chosen_names}
 

@@ -1,4 +1,4 @@
-"""Writes the page of a comparison: a slider between pictures, tables and plots."""
+"""Writes the HTML page of a comparison: tables, plots, and a slider between two pictures."""
 
 import html
 import json
@@ -29,8 +29,8 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFol
     """Write the page, its pictures and CSV tables; return the path of the page.
 
     Args:
-        comparison: The measurements.
-        summary: Summary of the measurements.
+        comparison: Measurements of all entries.
+        summary: Summary of these measurements.
         folder: Output folder from `quarc_ref.files.written_folder`.
     """
     folder.write("points.csv", format_points_csv(summary))
@@ -109,7 +109,7 @@ def _compose_deltas(summary: Summary) -> str:
 
 
 def _plot_rates(summary: Summary) -> list[str]:
-    """Return the plot of quality against rate; empty if fewer than two points have a rate."""
+    """Return the HTML of quality plotted against rate; empty for fewer than two known rates."""
     points_with_rate = [point for point in summary.points if point.kilobytes_per_frame is not None]
     if len(points_with_rate) < _MIN_POINTS:
         return []
@@ -135,7 +135,7 @@ def _build_curves(points: Iterable[Point], metric: str) -> Iterable[tuple[str, C
 
 
 def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
-    """Return the plot of PSNR by frame; empty for fewer than two frames."""
+    """Return the HTML of PSNR plotted against the frame; empty for fewer than two frames."""
     if len(comparison.frames) < _MIN_POINTS:
         return []
     curves = {
@@ -146,7 +146,7 @@ def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
         for label, entry in zip(labels, comparison.measured, strict=True)
     }
     picture = plot_curves({"PSNR (dB)": curves}, "frame")
-    return [_format_plot(picture, "PSNR frame by frame")]
+    return [_format_plot(picture, "PSNR of every frame")]
 
 
 def _format_plot(picture: bytes, caption: str) -> str:

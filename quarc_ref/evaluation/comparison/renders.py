@@ -1,7 +1,7 @@
-"""Entries from pictures that another renderer made.
+"""Opens folders of pictures that another renderer made as entries.
 
 The folder has PNG or JPEG files: `CAMERA/FRAME.png`, `FRAME/CAMERA.png`, or `FRAME.png`
-for a single camera. The last number in a frame's name is its ordinal.
+for a single camera. The last number in the name of a file or folder `FRAME` is its ordinal.
 """
 
 from collections.abc import Collection, Mapping
@@ -27,11 +27,12 @@ def open_renders(
         folder: Folder of the pictures.
         label: Method and operating point.
         cameras: Names of the cameras to compare on.
-        byte_count: Size of the coded files behind the pictures; None if unknown.
+        byte_count: Size, in bytes, of the coded files from which the pictures were rendered; None
+            if unknown.
 
     Raises:
-        EntryError: The layout of the folder is unknown, a camera is missing, or a frame is
-            duplicated.
+        EntryError: The layout of the folder is unknown, a camera is missing, or two pictures
+            have the same frame number.
         OSError: The folder cannot be read.
     """
     files = _list_pictures(folder, cameras)
@@ -42,7 +43,7 @@ def open_renders(
 
 
 class _RenderEntry(Entry):
-    """Pictures on disk, by camera and frame."""
+    """An entry whose frames are picture files."""
 
     def __init__(
         self, label: Label, info: EntryInfo, files: Mapping[str, Mapping[int, Path]]
@@ -65,7 +66,7 @@ def _read_picture(path: Path, camera: Camera) -> Picture:
 
 
 def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int, Path]]:
-    """Return the pictures of each camera by frame."""
+    """Return the picture files by camera, then by frame."""
     folder_pictures = _find_pictures(folder)
     if folder_pictures and len(cameras) == 1:
         return {name: number_files(folder_pictures, folder) for name in cameras}
@@ -90,7 +91,7 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
 def _list_by_frame(
     folder: Path, subfolder_pictures: Mapping[str, list[Path]], camera: str
 ) -> dict[int, Path]:
-    """Return the pictures of a camera in the layout with one folder per frame."""
+    """Return a camera's picture files by frame, for the layout with one folder per frame."""
     picture_by_folder = {
         path.parent: path
         for paths in subfolder_pictures.values()

@@ -1,4 +1,4 @@
-"""Entries from streams; a stream is decoded once, starting at the first requested frame."""
+"""Opens streams as entries; each stream is decoded once, from the first requested frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -32,7 +32,8 @@ def open_stream(
     Args:
         path: Path of the file.
         label: Method and operating point.
-        on_progress: Called for every inspected frame: stage, done, total.
+        on_progress: Called after every inspected frame with the stage, the number of inspected
+            frames and the number of all frames.
 
     Raises:
         BitstreamError: The stream is malformed.

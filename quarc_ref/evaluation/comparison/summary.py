@@ -1,4 +1,4 @@
-"""Results of a comparison: operating points over runs, paired differences, BD-rate."""
+"""Summarizes a comparison as operating points, paired differences and BD-rates."""
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
@@ -17,11 +17,11 @@ _MEGABIT = 1e6
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """A mean and its standard deviation.
+    """Mean and standard deviation of numbers.
 
     Attributes:
         mean: Mean of the numbers.
-        deviation: Standard deviation (n - 1); None for a single number.
+        deviation: Sample standard deviation, with divisor n - 1; None for a single number.
     """
 
     mean: float
@@ -30,11 +30,11 @@ class Spread:
 
 @dataclass(frozen=True, slots=True)
 class PairedDifference:
-    """PSNR differences between a point and the first point, paired by view.
+    """PSNR of a point minus PSNR of the first point, compared view by view.
 
     Attributes:
-        psnr: PSNR differences over all pairs of views of the same camera and frame, dB.
-        better_share: Share of the pairs in which the point is better.
+        psnr: Differences over all pairs, dB; a pair is two views of the same camera and frame.
+        better_share: Share of the pairs in which the point has the higher PSNR.
         pair_count: Number of pairs.
     """
 
@@ -48,7 +48,7 @@ class Point:
     """An operating point of a method.
 
     Attributes:
-        label: Label of its entries.
+        label: Label that its entries share.
         kind: Human-readable kind of its entries.
         runs: Number of entries; all are runs with the same settings.
         metrics: Mean and deviation over the runs, by metric; None for a metric without values.
@@ -74,8 +74,8 @@ class MethodDelta:
 
     Attributes:
         method: Name of the method.
-        psnr: Deltas by PSNR.
-        ssim: Deltas by SSIM.
+        psnr: Deltas with PSNR as the quality.
+        ssim: Deltas with SSIM as the quality.
     """
 
     method: str
@@ -89,8 +89,10 @@ class Summary:
 
     Attributes:
         points: Operating points in the order of the command line.
-        reference: Method with which all other methods are compared; None for a single method.
-        deltas: Deltas of the other methods, unless both curves have only one point.
+        reference: Method with which all other methods are compared; None if there is only one
+            method.
+        deltas: Deltas of the other methods, except methods with one point if the reference also
+            has only one.
     """
 
     points: list[Point]
@@ -165,7 +167,7 @@ def compute_spread(numbers: Sequence[float]) -> Spread:
 def pair_views(
     runs: Sequence[MeasuredEntry], reference_runs: Sequence[MeasuredEntry]
 ) -> PairedDifference:
-    """Return the PSNR differences between two points, whose views are averaged over runs."""
+    """Return the PSNR differences between the views of two points, averaged over their runs."""
     psnr, reference_psnr = _list_view_psnr(runs), _list_view_psnr(reference_runs)
     differences = [
         psnr_value - reference_value
@@ -200,7 +202,7 @@ def _list_values(rows: Iterable[Measures], name: str) -> list[float]:
 
 
 def _build_curve(points: Sequence[Point], method: str, metric: str) -> Curve:
-    """Return rate and quality of a method's points; points of unknown rate are omitted."""
+    """Return rate and quality of a method's points, without points whose rate is unknown."""
     return [
         (point.kilobytes_per_frame.mean, quality.mean)
         for point in points
@@ -217,5 +219,5 @@ def _compare_methods(points: Sequence[Point], reference: str, method: str, metri
 
 
 def average_cameras(measured: MeasuredEntry) -> list[Measures]:
-    """Return the mean metrics over the cameras, one `Measures` per frame."""
+    """Return the metrics averaged over the cameras, one `Measures` per frame."""
     return [average(views) for views in zip(*measured.quality.per_camera.values(), strict=True)]

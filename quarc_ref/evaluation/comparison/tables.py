@@ -33,7 +33,7 @@ def list_point_headings(summary: Summary) -> list[str]:
 
 
 def format_point_rows(summary: Summary) -> list[list[str]]:
-    """Return a row for each operating point; no cell is empty."""
+    """Return a table row for each operating point; no cell is empty."""
     return [_format_point_row(point) for point in summary.points]
 
 
@@ -43,7 +43,7 @@ def list_delta_headings(summary: Summary) -> list[str]:
 
 
 def format_delta_rows(summary: Summary) -> list[list[str]]:
-    """Return a row of cells for each method with Bjontegaard deltas."""
+    """Return a table row for each method that has Bjontegaard deltas."""
     return [
         [
             delta.method,
@@ -57,7 +57,7 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
 
 
 def describe_equal_views(comparison: Comparison) -> list[str]:
-    """Return a remark on each entry with views that equal the ground truth."""
+    """Return a remark for each entry that has views equal to the ground truth."""
     remarks = []
     for entry in comparison.measured:
         equal_count, view_count = entry.quality.count_views()
@@ -70,7 +70,7 @@ def describe_equal_views(comparison: Comparison) -> list[str]:
 
 
 def format_points_csv(summary: Summary) -> bytes:
-    """Format a CSV line for each operating point."""
+    """Format the operating points as CSV, one per line."""
     lines = []
     for point in summary.points:
         line: dict[str, object] = {
@@ -98,7 +98,7 @@ def format_points_csv(summary: Summary) -> bytes:
 
 
 def format_views_csv(comparison: Comparison) -> bytes:
-    """Format a CSV line for each view: entry, run, camera, frame and all metrics."""
+    """Format the views as CSV, one per line: entry, run, camera, frame and all metrics."""
     runs: dict[object, int] = {}
     lines = []
     for entry in comparison.measured:

@@ -187,7 +187,7 @@ def test_streams_of_other_cameras_are_not_compared(method_outputs, compare, tmp_
     other_stream = tmp_path / "b.quarc"
     other_stream.write_bytes(write_stream(method_outputs.cameras[::-1], 4))
 
-    with pytest.raises(MismatchError, match="differ in cameras"):
+    with pytest.raises(MismatchError, match="have different cameras"):
         compare(method_outputs.folder / "a.quarc", other_stream)
 
 
