@@ -76,30 +76,42 @@ def choose_steps(
 def _choose_lattice(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
+    """Return a header with the lattice of the given positions, or else with a fine enough one."""
     exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_FACTOR)
-    if exponent is not None and 2.0**-exponent <= bounds.position:
-        units_per_world_unit = 2.0**exponent
-        max_step = int(2 * bounds.position * units_per_world_unit)
-        position_divisor = greatest_common_divisor(
-            frames[0].positions.astype(np.float64) * units_per_world_unit
+    if exponent is None or 2.0**-exponent > bounds.position:
+        return _choose_fine_lattice(header, bounds, frames)
+    units_per_world_unit = 2.0**exponent
+    max_step = int(2 * bounds.position * units_per_world_unit)
+    position_divisor = greatest_common_divisor(
+        frames[0].positions.astype(np.float64) * units_per_world_unit
+    )
+    motions = [
+        (
+            current.positions[match.second_rows]
+            - previous.positions[match.first_rows].astype(np.float64)
         )
-        motions = [
-            (
-                current.positions[match.second_rows]
-                - previous.positions[match.first_rows].astype(np.float64)
-            )
-            for previous, current, match in zip(frames, frames[1:], matches, strict=False)
-        ]
-        translation_divisor = find_common_divisor(
-            np.concatenate([*motions, np.zeros((1, 3))]) * units_per_world_unit, max_step
-        )
-        default_step = max(1, max_step // 2)
-        return replace(
-            header,
-            lattice_exponent=exponent,
-            position_step=_choose_divisor(position_divisor, max_step, default_step),
-            translation_step=_choose_divisor(translation_divisor, max_step, default_step),
-        )
+        for previous, current, match in zip(frames, frames[1:], matches, strict=False)
+    ]
+    translation_divisor = find_common_divisor(
+        np.concatenate([*motions, np.zeros((1, 3))]) * units_per_world_unit, max_step
+    )
+    default_step = max(1, max_step // 2)
+    return replace(
+        header,
+        lattice_exponent=exponent,
+        position_step=_choose_divisor(position_divisor, max_step, default_step),
+        translation_step=_choose_divisor(translation_divisor, max_step, default_step),
+    )
+
+
+def _choose_fine_lattice(
+    header: StreamHeader, bounds: Bounds, frames: Sequence[Splats]
+) -> StreamHeader:
+    """Return a header whose lattice and steps keep the bound of positions.
+
+    Raises:
+        EncodeError: No lattice contains the positions and keeps the bound.
+    """
     max_coordinate = max(float(np.abs(frame.positions).max()) for frame in frames) * _RANGE_FACTOR
     range_exponent = (
         math.floor(math.log2(POSITION_LIMIT / max_coordinate))
