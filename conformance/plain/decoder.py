@@ -237,7 +237,7 @@ class FrameDecoder:
         read_motion(section, channels, previous, state.levels)
         self._close_section(section)
         for number, level in enumerate(state.levels, 1):
-            self._record_note(f"level {number}: expected symbols of the anchors", level.expected)
+            self._record_note(f"level {number}: expected values of the anchors", level.expected)
             self._record_note(f"level {number}: symbols of the anchors", level.symbols)
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         for g in state.gaussians:
@@ -259,7 +259,7 @@ class FrameDecoder:
         self._close_section(section)
         for number, residuals in changes.items():
             self._record_note(
-                f"update of Gaussian {number}", "leaves" if residuals is None else residuals
+                f"update of Gaussian {number}", "deleted" if residuals is None else residuals
             )
         step, unity = self.header["translation_step"], self.header["rotation_unity"]
         state.gaussians = apply_updates(state.gaussians, changes, step, unity)
