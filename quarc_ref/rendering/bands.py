@@ -1,10 +1,10 @@
-"""Renders pictures in bands and slices, with bounded memory.
+"""Renders pictures in bands and slices, which bounds the use of memory.
 
-A band consists of rows of tiles. A slice consists of consecutive Gaussians in the order of
-depth, with a limited number of pairs of Gaussian and tile. Pairs are counted before lists
-are allocated. Slices are rendered front to back until all pixels of the band are opaque.
-The result is bit-identical to rendering the whole picture at once, because each pixel
-blends the same Gaussians in the same order.
+A band consists of rows of tiles. A slice consists of Gaussians that are consecutive in depth
+order and intersect a limited number of tiles. Each Gaussian forms a pair with every tile that
+it intersects; pairs are counted before lists are allocated. Slices are rendered front to back
+until all pixels of the band are opaque. The result is bit-identical to rendering the whole
+picture at once, because each pixel blends the same Gaussians in the same order.
 """
 
 from collections.abc import Iterator
@@ -57,10 +57,10 @@ def _render_band(sorted_projection: Projection, band: Band, picture: Picture) ->
 
 
 def _cut_slices(counts: Int32) -> Iterator[slice]:
-    """Yield slices of at most `SLICE_PAIRS` pairs; a slice may exceed this with one Gaussian.
+    """Yield slices of at most `SLICE_PAIRS` pairs; only a slice of one Gaussian may have more.
 
     Args:
-        counts: `[N]` number of pairs of each Gaussian.
+        counts: `[N]` numbers of pairs of the Gaussians.
     """
     totals = np.cumsum(counts, dtype=np.int64)
     start = listed_pairs = 0

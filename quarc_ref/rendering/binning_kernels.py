@@ -1,4 +1,4 @@
-"""Kernels that assign Gaussians to the tiles of a picture in the order of depth.
+"""Kernels that assign Gaussians to the tiles of a picture in depth order.
 
 Visible Gaussians are sorted once by depth and then added to the lists of their tiles, so
 every list is sorted. A Gaussian is listed in the tiles and rows that its ellipse intersects;
@@ -6,9 +6,9 @@ its bounding box may intersect more. The alpha of the Gaussian is below 1/255 at
 pixels, so tiling does not change the picture.
 
 A band is a tuple: its first row of tiles, its end row (exclusive), and the number of tiles
-per row. Floats are clamped before conversion to integers, and Gaussians with non-finite
-numbers are assigned to no tile, because the result of other conversions depends on the
-machine.
+per row. Floats are clamped before they are converted to integers, and Gaussians with
+non-finite values are assigned to no tile, because conversions of NaN and of values out of
+range have different results on different machines.
 """
 
 import math
@@ -73,11 +73,12 @@ def _ellipse_extent(
 ):
     """Return the extent of an ellipse along one axis within a range of the other axis.
 
-    The first number exceeds the second if the ellipse is outside the range.
+    The extent is returned as start and end, relative to the center. The start exceeds the end
+    if the ellipse is outside the range.
 
     Args:
         b: Coefficient b of the conic.
-        inverse: Inverse of the conic's coefficient for the axis.
+        inverse: Reciprocal of the conic's coefficient for the axis.
         limit: Twice the maximum exponent, multiplied by the conic's coefficient for the axis.
         det: Determinant of the conic.
         half_extent: Half of the ellipse's extent along the axis.
@@ -109,7 +110,7 @@ def _clamp(value, low, high):
 
 @kernel
 def _find_tile_columns(row, ellipse, columns):
-    """Return first and end column (exclusive) of the tiles of a row that an ellipse intersects."""
+    """Return first and end column (exclusive) of the tiles in a row that an ellipse intersects."""
     x, y, b, inverse_a, inverse_c, limit_a, _, det, width, height = ellipse
     low = np.float32(row * TILE) + _HALF - y
     begin, end = _ellipse_extent(
@@ -124,7 +125,7 @@ def _find_tile_columns(row, ellipse, columns):
 
 @kernel
 def _find_pixel_rows(row, column, ellipse):
-    """Return first and end pixel row (exclusive) of a tile that an ellipse intersects."""
+    """Return the first and the end pixel row (exclusive) that an ellipse intersects in a tile."""
     x, y, b, inverse_a, inverse_c, _, limit_c, det, width, height = ellipse
     low = np.float32(column * TILE) + _HALF - x
     begin, end = _ellipse_extent(
@@ -151,7 +152,7 @@ def _find_tile_rows(ellipse, top, bottom):
 
 @parallel_kernel
 def count_tiles(means2d, conics, max_exponents, band):
-    """Return `[N]` numbers of tiles of a band that each Gaussian intersects."""
+    """Return how many tiles of a band each Gaussian intersects, `[N]`."""
     top, bottom, columns = band
     counts = np.zeros(max_exponents.size, dtype=np.int32)
     for i in numba.prange(max_exponents.size):
@@ -167,15 +168,16 @@ def count_tiles(means2d, conics, max_exponents, band):
 
 @parallel_kernel
 def list_tiles(means2d, conics, max_exponents, starts, band):
-    """Return the concatenated tiles of all Gaussians.
+    """Return the tiles that the Gaussians intersect, one Gaussian after the other.
 
     Args:
-        starts: `[N + 1]` start of each Gaussian's tiles: cumulative sums of `count_tiles`.
-        band: Band; see `count_tiles`.
+        starts: `[N + 1]` start of each Gaussian's tiles in the result: the cumulative sums of
+            `count_tiles`.
+        band: The band, as for `count_tiles`.
 
     Returns:
-        `[P]` tiles, counted along the rows of the band, and `[P, 2]` first and end pixel row
-        (exclusive) of each tile that the Gaussian intersects.
+        `[P]` indices of tiles, counted row by row within the band, and for each of them the
+        first and the end pixel row (exclusive) that the Gaussian intersects, `[P, 2]`.
     """
     top, bottom, columns = band
     tiles = np.empty(starts[-1], dtype=np.int32)
@@ -197,11 +199,11 @@ def list_tiles(means2d, conics, max_exponents, starts, band):
 
 @entry_kernel
 def fill_tiles(order, starts, tiles, rows, tile_count):
-    """Return the lists of Gaussians of all tiles.
+    """Return the list of Gaussians of every tile.
 
     Returns:
         `[T + 1]` start of each tile's list; `[P]` concatenated lists; `[P, 2]` pixel rows of
-        the list entries; `[P]` position in the lists of each pair of `tiles`.
+        the list entries; `[P]` position in the lists of each entry of `tiles`.
     """
     list_starts = np.zeros(tile_count + 1, dtype=np.int64)
     for tile in tiles:

@@ -1,7 +1,7 @@
 """Compiler options of the renderer's kernels.
 
-Only kernels that Python calls are cached on disk, together with the kernels that they call,
-because a cached kernel would not inline other cached kernels.
+Only kernels that Python calls are cached on disk. The kernels that they call are not cached
+separately, because a cached kernel would not inline other cached kernels.
 """
 
 from quarc_ref.compiled import cached_njit, numba
@@ -15,5 +15,5 @@ parallel_kernel = cached_njit(parallel=True)
 
 
 def start_threads() -> None:
-    """Start numba's threads, unless the threads are already running."""
+    """Start numba's threads if they are not running yet."""
     numba.get_num_threads()

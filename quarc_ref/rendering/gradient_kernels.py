@@ -1,9 +1,10 @@
-"""Kernels for the gradients of compositing, by tile.
+"""Kernels that compute the gradients of compositing, tile by tile.
 
 The backward pass runs front to back and repeats the decisions of the forward pass. It needs
-one additional number per pixel: the remaining color, weighted by the gradient. Each pair
-of tile and Gaussian has a row of gradients. The rows are summed in a fixed order, so the
-result does not depend on the number of threads.
+one additional number per pixel: the color of the Gaussians that are still to be blended,
+weighted by the gradient. Each pair of a tile and a Gaussian has a row of gradients. The rows
+of a Gaussian are summed in a fixed order, so the result does not depend on the number of
+threads.
 """
 
 import numba
@@ -27,7 +28,7 @@ _HALF = np.float32(0.5)
 
 @fused_kernel
 def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
-    """Process a Gaussian without gradients for rows of a tile."""
+    """Blend a Gaussian that needs no gradients into rows of a tile."""
     a, b, c = conic
     r, g, b_ = color
     for y in range(first, last):
@@ -45,20 +46,20 @@ def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
 
 @fused_kernel
 def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
-    """Process a Gaussian for rows of a tile, and add its gradients to the lanes.
+    """Blend a Gaussian into rows of a tile, and add its gradients to the lanes.
 
     Args:
-        rows: Rows of `_composite_backward`, modified in place.
-        first: The first row.
-        last: The end row (exclusive).
-        dx: Distance of the first column from the Gaussian's center.
-        dy: Distance of the tile's first row from the Gaussian's center.
-        conic: a / 2, b, c / 2.
+        rows: State of all rows of the tile, as in `_composite_backward`; modified in place.
+        first: First row into which the Gaussian is blended.
+        last: End row (exclusive).
+        dx: Horizontal offset of the tile's first column from the Gaussian's center.
+        dy: Vertical offset of the tile's first row from the Gaussian's center.
+        conic: Coefficients a / 2, b and c / 2 of the conic.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
         lanes: `[9 TILE]` nine sums over the rows for every column. The first six are modified:
             sums of q, q e, q e^2 and of the gradients of red, green and blue. Here, q is the
-            gradient of the exponent, and e the distance of the row from the Gaussian's center.
+            gradient of the exponent, and e is the vertical offset of the row from the center.
     """
     a, b, c = conic
     r, g, b_ = color
@@ -90,7 +91,7 @@ def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
 
 @fused_kernel
 def _sum_gradients(lanes, dx, conic, opacity, pair):
-    """Compute gradients of a pair from column sums: mean (2), conic (3), color (3), opacity (1)."""
+    """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
     for x in range(TILE):
         d = dx + np.float32(x)
@@ -112,17 +113,17 @@ def _sum_gradients(lanes, dx, conic, opacity, pair):
 def _composite_backward(
     x0, y0, indices, pixel_rows, fixed_count, means2d, conics, colors, opacities, rows, pairs
 ):
-    """Compute the rows of gradients of a tile's pairs; rows of fixed Gaussians are undefined.
+    """Compute the gradients of a tile's pairs; the rows of fixed Gaussians remain undefined.
 
     The rows of a tile are processed in separate functions, because the compiler does not
     always vectorize loops in longer functions.
 
     Args:
         pixel_rows: `[n, 2]` first and end row (exclusive) that each Gaussian intersects.
-        fixed_count: Number of fixed Gaussians, which have no gradients and the lowest indices.
-        rows: `[TILE, 6 TILE]` state of each row: transmittance, initially 1; remaining color
-            weighted by the gradient; gradients of red, green, blue, alpha.
-        pairs: `[n, 9]` gradients of the list: mean (2), conic (3), color (3), opacity (1).
+        fixed_count: Number of fixed Gaussians, which have the lowest indices and no gradients.
+        rows: `[TILE, 6 TILE]` state of each row: the transmittance, initially 1; the remaining
+            color, weighted by the gradient; the gradients of red, green, blue and alpha.
+        pairs: `[n, 9]` output: gradients of mean (2), conic (3), color (3), opacity (1).
     """
     lanes = np.empty(9 * TILE, dtype=np.float32)
     size = indices.size
@@ -147,7 +148,7 @@ def _composite_backward(
 
 @kernel
 def _sum_lanes(lanes, k):
-    """Return the sum of row k of the lanes by pairwise summation, which modifies the row."""
+    """Return the sum of row k of the lanes; the pairwise summation overwrites the row."""
     row = lanes[k * TILE : (k + 1) * TILE]
     for x in range(8):
         row[x] += row[x + 8]

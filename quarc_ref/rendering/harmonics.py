@@ -1,4 +1,4 @@
-"""Evaluates SH of degree 2 and 3 for other methods; streams have at most degree 1.
+"""Evaluates SH of degrees 2 and 3, which other methods use; streams have at most degree 1.
 
 The kernels evaluate degrees 0 and 1. Higher degrees are evaluated here for one camera and
 passed to the kernels as SH DC. Basis and signs agree with 3DGS: real spherical harmonics
@@ -22,7 +22,7 @@ _CUBIC = (
 def fold_harmonics(
     sh: Float32, positions: Float32, camera_position: NDArray[np.float64]
 ) -> Float32:
-    """Convert SH to degree 0 with the colors that a camera sees.
+    """Convert SH of higher degrees to SH DC with the same colors for one camera.
 
     Args:
         sh: `[N, K, 3]` coefficients, where K is 9 or 16.
@@ -30,7 +30,7 @@ def fold_harmonics(
         camera_position: `[3]` camera position, world units.
 
     Returns:
-        `[N, 1, 3]` SH DC.
+        The SH DC, `[N, 1, 3]`.
     """
     offsets = positions - camera_position
     lengths = np.linalg.norm(offsets, axis=1, keepdims=True)
@@ -42,7 +42,7 @@ def fold_harmonics(
 
 
 def evaluate_basis(directions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the `[N, 16]` spherical harmonics of degree 0 to 3 in unit directions `[N, 3]`."""
+    """Return the `[N, 16]` spherical harmonics of degrees 0 to 3 at unit directions `[N, 3]`."""
     x, y, z = directions.T
     xx, yy, zz = x * x, y * y, z * z
     a, b, c = _SQUARE

@@ -1,7 +1,7 @@
 """Adds Gaussians to a picture by rendering only the tiles that they intersect.
 
-The result is bit-identical to rendering all Gaussians together, because the lists of the
-tiles are equal, and tiles without added Gaussians do not change.
+The result is bit-identical to rendering all Gaussians together, because the lists of
+these tiles are the same, and tiles without added Gaussians do not change.
 """
 
 from dataclasses import dataclass
@@ -28,11 +28,11 @@ from quarc_ref.rendering.pipeline_data import (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layer:
-    """Fixed Gaussians and their picture.
+    """Fixed Gaussians, to which others can be added, and their picture.
 
     Attributes:
-        projection: Projection of the Gaussians.
-        tiles: Tiles of the whole picture.
+        projection: Projection of the fixed Gaussians.
+        tiles: Tiles of the whole picture with the lists of the fixed Gaussians.
         picture: Picture of only the fixed Gaussians.
     """
 
@@ -56,13 +56,14 @@ def join_layer(
     """Join the Gaussians of a layer with added Gaussians.
 
     Args:
-        layer: Layer, whose Gaussians come first.
-        added_projection: Added Gaussians.
+        layer: Layer of fixed Gaussians, which come first in the result.
+        added_projection: Projection of the added Gaussians.
         added_tiles: Tiles of the added Gaussians.
 
     Returns:
-        Projection of all Gaussians, and the tiles that added Gaussians intersect. `starts` and
-        `pair_positions` of these tiles include only pairs of added Gaussians.
+        The projection of all Gaussians, and the tiles that added Gaussians intersect. Depths,
+        maximum exponents and radii of the projection, and `starts` and `pair_positions` of the
+        tiles, contain only added Gaussians.
     """
     fixed = layer.projection
     projection = Projection(

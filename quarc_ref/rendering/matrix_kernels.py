@@ -1,4 +1,4 @@
-"""Kernels for 3x3 matrices, which are nine numbers in row-major order and can be unrolled."""
+"""Kernels for 3x3 matrices, which are given as nine numbers in row-major order."""
 
 from quarc_ref.rendering.compiled import kernel
 
@@ -15,7 +15,7 @@ def multiply_vector(matrix, x, y, z):
 
 @kernel
 def multiply_vector_transposed(matrix, x, y, z):
-    """Return the product of a transposed matrix and a vector."""
+    """Return the product of the transpose of a matrix and a vector."""
     return (
         matrix[0] * x + matrix[3] * y + matrix[6] * z,
         matrix[1] * x + matrix[4] * y + matrix[7] * z,
@@ -35,7 +35,7 @@ def multiply_matrices(a, b):
 
 @kernel
 def multiply_matrices_transposed(a, b):
-    """Return the product of the transposed matrix a and the matrix b."""
+    """Return the product of the transpose of matrix a and the matrix b."""
     return (
         *multiply_vector_transposed(b, a[0], a[3], a[6]),
         *multiply_vector_transposed(b, a[1], a[4], a[7]),

@@ -9,16 +9,16 @@ from quarc_ref.rendering.compiled import entry_kernel
 def merge_tiles(
     fixed_list_starts, fixed_lists, fixed_rows, fixed_depths, list_starts, lists, rows, depths
 ):
-    """Merge added Gaussians into tile lists; fixed Gaussians of equal depth come first.
+    """Merge added Gaussians into tile lists, after fixed Gaussians of the same depth.
 
     Args:
-        fixed_list_starts: `[T + 1]` borders of the fixed Gaussians, as in `Tiles`.
-        fixed_lists: Lists of the fixed Gaussians, as in `Tiles`.
-        fixed_rows: Rows of the fixed Gaussians, as in `Tiles`.
+        fixed_list_starts: `Tiles.list_starts` of the fixed Gaussians, `[T + 1]`.
+        fixed_lists: `Tiles.lists` of the fixed Gaussians.
+        fixed_rows: `Tiles.rows` of the fixed Gaussians.
         fixed_depths: `[N]` depths of the fixed Gaussians.
-        list_starts: `[T + 1]` borders of the added Gaussians, as in `Tiles`.
-        lists: Lists of the added Gaussians, as in `Tiles`.
-        rows: Rows of the added Gaussians, as in `Tiles`.
+        list_starts: `Tiles.list_starts` of the added Gaussians, `[T + 1]`.
+        lists: `Tiles.lists` of the added Gaussians.
+        rows: `Tiles.rows` of the added Gaussians.
         depths: `[n]` depths of the added Gaussians.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Renders decoded frames without torch, for evaluation and players."""
+"""Renders decoded frames for evaluation and players; it does not need torch."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,8 +22,8 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
 
     Args:
         splats: Splats of a frame; SH of other methods may have degrees up to 3.
-        camera: The camera. Gaussians nearer than a fraction of the distance of its near plane
-            are not rendered (SPEC 10.3).
+        camera: The camera. Gaussians closer than a fixed fraction of its near plane distance are
+            not rendered (SPEC 10.3).
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for top, rows in render_bands(splats, camera):
@@ -32,7 +32,7 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
 
 
 def render_bands(splats: Splats, camera: Camera) -> Iterator[tuple[int, Float32]]:
-    """Render a picture like `render_picture`, but band by band from top to bottom.
+    """Render a picture like `render_picture`, but in bands from top to bottom.
 
     Args:
         splats: Splats of a frame.
@@ -55,9 +55,9 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
         camera: See `render_picture`.
 
     Returns:
-        `[H, W]` mean depth of the Gaussians at each pixel, in world units along the optical
-        axis, with the weights of colors; 0 for pixels without Gaussians. `[H, W]` accumulated
-        opacity from 0 to 1.
+        The `[H, W]` depth in world units along the optical axis, and the `[H, W]` accumulated
+        opacity from 0 to 1. The depth is the mean over the Gaussians at a pixel, weighted as
+        their colors are, and 0 for pixels without Gaussians.
     """
     sorted_projection = _project(splats, camera)
     values = np.zeros_like(sorted_projection.colors)
@@ -71,7 +71,7 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
 
 
 def _project(splats: Splats, camera: Camera) -> Projection:
-    """Project the visible Gaussians to the picture plane of a camera, sorted by depth."""
+    """Project Gaussians to the picture plane; return the visible ones, sorted by depth."""
     with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
         opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(MAX_OPACITY))
         scales = np.exp(splats.log_scales)

@@ -1,8 +1,8 @@
-"""Calls the numba kernels in order: project, bin, composite.
+"""Calls the numba kernels that project, bin and composite Gaussians.
 
 The functions take and return float32 arrays and do not need torch. `pictures` calls these
 functions directly, and `raster_numba` adds gradients. Only one kernel may run at a time,
-because numba's fallback threading layer does not support concurrent calls of kernels.
+because numba's fallback threading layer does not support concurrent kernels.
 """
 
 import threading
@@ -30,7 +30,7 @@ KERNEL_LOCK = threading.Lock()
 
 @lru_cache(maxsize=256)
 def flatten_camera(camera: Camera) -> Float32:
-    """Return a camera as `[22]` numbers for `projection_kernels`."""
+    """Return a camera as the array `[22]` that `projection_kernels` takes."""
     center = camera_center(camera)
     near = NEAR_FRACTION * camera.near
     lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
@@ -62,12 +62,12 @@ def project(camera: Camera, gaussians: SplatRows) -> Projection:
 
 
 def make_full_band(camera: Camera) -> Band:
-    """Return the band with all rows of tiles of a camera's picture."""
+    """Return the band that contains all tiles of a camera's picture."""
     return Band(0, -(-camera.height // TILE), -(-camera.width // TILE))
 
 
 def count_pairs(projection: Projection, band: Band) -> Int32:
-    """Return `[N]` numbers of tiles of a band that each Gaussian intersects."""
+    """Return how many tiles of a band each Gaussian intersects, `[N]`."""
     with KERNEL_LOCK:
         counts: Int32 = binning_kernels.count_tiles(
             projection.means2d, projection.conics, projection.max_exponents, tuple(band)
@@ -95,7 +95,7 @@ def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) 
         projection: Projected Gaussians.
         order: Indices of visible Gaussians, nearest first.
         band: The band.
-        counts: `[N]` from `count_pairs`.
+        counts: `[N]` result of `count_pairs`.
     """
     means2d, conics, max_exponents = projection.means2d, projection.conics, projection.max_exponents
     starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts, dtype=np.int64)])
@@ -113,12 +113,12 @@ def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) 
 
 
 def make_blank_picture(camera: Camera) -> Picture:
-    """Return an empty picture of the camera's picture size."""
+    """Return a blank picture that has the size of the camera's pictures."""
     return make_blank_rows(camera, 0, camera.height)
 
 
 def make_blank_rows(camera: Camera, top: int, bottom: int) -> Picture:
-    """Return empty rows `top` to `bottom` - 1 of a camera's picture."""
+    """Return blank rows `top` to `bottom` - 1 of a camera's picture."""
     size = (bottom - top, camera.width)
     return Picture(np.zeros((*size, 3), dtype=np.float32), np.ones(size, dtype=np.float32), top)
 
@@ -135,7 +135,7 @@ def composite(
 
     Args:
         projection: Projected Gaussians.
-        tiles: Lists of Gaussians of the tiles.
+        tiles: Tiles with their lists of Gaussians.
         background: `[3]` background color.
         picture: Picture to modify.
         is_continuation: Whether to add Gaussians behind the existing content of the picture;

@@ -1,4 +1,4 @@
-"""Data of the rendering steps: contiguous float32 arrays."""
+"""Data types of the rendering steps, which consist of contiguous arrays."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -19,7 +19,7 @@ class SplatRows:
         means: `[N, 3]` centers, world units.
         quaternions: `[N, 4]` quaternions wxyz, which the kernels normalize.
         scales: `[N, 3]` standard deviations, world units.
-        opacities: `[N]` 0 to 0.99.
+        opacities: `[N]` opacities from 0 to 0.99.
         sh: `[N, 4, 3]` SH coefficients of red, green and blue.
     """
 
@@ -36,9 +36,9 @@ class Projection:
 
     Attributes:
         means2d: `[N, 2]` centers, pixels.
-        conics: `[N, 3]` inverse covariances: a, b, c of a x^2 + 2 b x y + c y^2.
+        conics: `[N, 3]` inverse covariances, as a, b and c of a x^2 + 2 b x y + c y^2.
         colors: `[N, 3]` colors as seen by the camera, at least 0.
-        opacities: `[N]` 0 to 0.99.
+        opacities: `[N]` opacities from 0 to 0.99.
         depths: `[N]` depths, world units.
         max_exponents: `[N]` exponents at which alpha is 1/255; 0 for invisible Gaussians.
         radii: `[N]` three standard deviations, pixels; 0 for invisible Gaussians.
@@ -66,10 +66,10 @@ class Projection:
 
 
 class Band(NamedTuple):
-    """A range of rows of a picture's tiles.
+    """A range of rows of tiles in a picture.
 
     Attributes:
-        top: First row.
+        top: First row of tiles.
         bottom: End row (exclusive).
         columns: Number of tiles per row.
     """
@@ -84,13 +84,13 @@ class Tiles:
     """Lists of the Gaussians in each tile of a band.
 
     Attributes:
-        tile_ids: `[T]` indices of tiles, counted along the rows of the whole picture.
+        tile_ids: `[T]` indices of the tiles, counted row by row in the whole picture.
         list_starts: `[T + 1]` start of each tile's list in `lists`.
         lists: `[P]` indices of Gaussians, nearest first within a tile.
-        rows: `[P, 2]` first and end pixel row (exclusive) of the tile that the Gaussian
-            intersects, for each entry of `lists`.
+        rows: `[P, 2]` for each entry of `lists`, the first and the end pixel row (exclusive)
+            that the Gaussian intersects in the tile.
         starts: `[N + 1]` start of each Gaussian's pairs in `pair_positions`.
-        pair_positions: `[P]` position of each pair in `lists`.
+        pair_positions: `[P]` position in `lists` of each pair of a Gaussian and a tile.
     """
 
     tile_ids: Int32
@@ -103,7 +103,7 @@ class Tiles:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
-    """Rows of a camera's picture: complete rows of tiles, except at the bottom of the picture.
+    """Consecutive pixel rows of a camera's picture.
 
     Attributes:
         image: `[H, W, 3]` colors.

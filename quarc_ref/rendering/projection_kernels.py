@@ -1,11 +1,11 @@
 """Kernels that project Gaussians, forward and backward (EWA, SH degree 1).
 
-One thread processes each Gaussian without shared data, so the number of threads does not
-affect the result. The backward pass recomputes values of the forward pass. SPEC 10.3
-defines the conventions: Pixel centers are at +0.5, and 0.3 is added to the diagonal of
-covariances. In the Jacobian only, x/z and y/z are clamped to the picture and a margin.
+Each Gaussian is processed by one thread and shares no data with others, so the number of
+threads does not affect the result. The backward pass recomputes values of the forward pass.
+SPEC 10.3 defines the conventions: Pixel centers are at +0.5, and 0.3 is added to the diagonal
+of covariances. In the Jacobian only, x/z and y/z are clamped to the picture plus a margin.
 
-A camera is a flat array: rotation (9), translation (3), fx, fy, cx, cy, width, height,
+A camera is an array of 22 numbers: rotation (9), translation (3), fx, fy, cx, cy, width, height,
 nearest depth, center (3).
 """
 
@@ -39,11 +39,11 @@ def project_forward(
     camera, means, quaternions, scales, opacities, sh,
     means2d, conics, colors, depths, max_exponents, radii,
 ):  # fmt: skip
-    """Compute means2d [N,2], conics [N,3], colors [N,3], depths, reaches and radii [N].
+    """Compute means2d [N,2], conics [N,3], colors [N,3], depths, max_exponents and radii [N].
 
     The maximum exponent is the exponent at which the alpha of a Gaussian is 1/255, or 0 for
     invisible Gaussians. The radius is three standard deviations, in pixels. Gaussians with
-    non-finite numbers are invisible, because NaN fails all conditions.
+    non-finite numbers are invisible, because NaN fails all comparisons.
     """
     for i in numba.prange(means.shape[0]):
         max_exponents[i] = _0
@@ -104,7 +104,7 @@ def _to_camera(camera, means, i):
 
 @kernel
 def _intersects(center, extent, size):
-    """Return whether center ± extent is finite and intersects the interval from 0 to size."""
+    """Return whether center ± extent is finite and overlaps the interval from 0 to size."""
     return center + extent >= _0 and center - extent <= size and math.isfinite(center + extent)
 
 
@@ -123,7 +123,7 @@ def _rotation_matrix(quaternions, i):
 
 @kernel
 def _clamp_slopes(camera, x, y, z):
-    """Return x/z and y/z, clamped for the Jacobian, and for each whether clamping had no effect."""
+    """Return x/z and y/z, clamped for the Jacobian, and whether each of them is unchanged."""
     low = -(camera[14] + MARGIN * camera[16]) / camera[12]
     high = (camera[16] - camera[14] + MARGIN * camera[16]) / camera[12]
     slope_x = min(max(x / z, low), high)

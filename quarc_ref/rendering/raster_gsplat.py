@@ -1,7 +1,7 @@
-"""The CUDA backend: gsplat's rasterizer with the interface of `rasterizer`.
+"""The CUDA backend: gsplat's rasterizer with the interface `rasterizer.Rasterizer`.
 
-gsplat (Apache-2.0) compiles its kernels at the first call with nvcc from a CUDA toolkit.
-It follows the conventions of SPEC 10.3. Opacities are clamped before the call, so gsplat's
+gsplat (Apache-2.0) compiles its kernels at the first call, which requires nvcc from a CUDA
+toolkit. It follows the conventions of SPEC 10.3. Opacities are clamped before the call, so gsplat's
 alpha clamp, which differs between versions, has no effect.
 """
 

@@ -1,7 +1,7 @@
-"""Kernels for front-to-back compositing, by tile.
+"""Kernels that composite Gaussians from front to back, tile by tile.
 
 For each Gaussian of a tile's list, the kernels process the rows that its ellipse intersects.
-There are no branches inside a row, so a row takes only a few vector operations. A negative
+The code for a row has no branches, so a row takes only a few vector operations. A negative
 transmittance marks an opaque pixel, which no longer changes.
 """
 
@@ -16,7 +16,7 @@ from quarc_ref.rendering.compiled import fused_kernel, inlined_kernel, kernel, p
 MAX_ALPHA = np.float32(0.99)
 MIN_ALPHA = np.float32(1 / 255)
 MIN_TRANSMITTANCE = np.float32(1e-4)
-OPACITY_CHECK_INTERVAL = 16  # Gaussians between two checks whether a tile is opaque
+OPACITY_CHECK_INTERVAL = 16  # a tile is checked for opacity after so many Gaussians
 _0 = np.float32(0)
 _1 = np.float32(1)
 _HALF = np.float32(0.5)
@@ -42,7 +42,7 @@ def _falloff(s):
 
 @inlined_kernel
 def blend_weight(s, opacity, t):
-    """Return alpha at a pixel, whether the Gaussian is blended, its weight, and the transmittance.
+    """Return a Gaussian's alpha, whether it is blended, its weight, and the new transmittance.
 
     The transmittance t of a pixel that becomes opaque keeps its absolute value, but its sign
     becomes negative.
@@ -97,10 +97,10 @@ def _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, 
 
 @kernel
 def choose_scatter_stride(count):
-    """Return a step with which all of `count` tiles are visited in a scattered order.
+    """Return a stride that visits all of `count` tiles in a scattered order.
 
-    A thread processes consecutive indices; without scattering, threads would differ much in
-    their amount of work.
+    Each thread processes consecutive indices. If these were neighboring tiles, some threads
+    would have much more work than others.
     """
     step = int(_GOLDEN_RATIO * count) + 1
     while math.gcd(step, count) > 1:
@@ -110,7 +110,7 @@ def choose_scatter_stride(count):
 
 @kernel
 def _load_rows(rows, image, transmittance, row, column):
-    """Load the rows of a tile from the picture, which contains all earlier slices."""
+    """Load the rows of a tile from the picture, which already contains the earlier slices."""
     height, width = transmittance.shape
     rows[:, :TILE] = -_1  # pixels outside the picture are opaque
     for y in range(min(TILE, height - row)):
@@ -127,8 +127,8 @@ def raster_forward(
 ):  # fmt: skip
     """Composite tiles into image [H,W,3] and transmittance [H,W] (negative if opaque).
 
-    Tiles are counted along the rows of the whole picture; the first row of the image is row
-    `top` of the whole picture. With `is_continuation`, Gaussians are added behind existing
+    Tiles are counted row by row in the whole picture; the first row of the image is row `top`
+    of the whole picture. With `is_continuation`, Gaussians are added behind the existing
     content, and the background must be black.
     """
     height, width = transmittance.shape

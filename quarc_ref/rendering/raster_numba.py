@@ -1,7 +1,7 @@
 """The CPU backend: numba kernels as two differentiable steps, project and composite.
 
-The first step passes `means2d` to the second step as a tensor of the graph, so the gradient
-of `means2d` is available.
+The first step passes `means2d` to the second step as a tensor of the autograd graph, so
+the gradient of `means2d` is available.
 """
 
 from typing import Any
@@ -81,7 +81,7 @@ def _render(
 
 
 class _Project(Function):
-    """Projection as an autograd function; opacities affect only visibility."""
+    """Projection as an autograd function; opacities affect only which Gaussians are visible."""
 
     @staticmethod
     def forward(

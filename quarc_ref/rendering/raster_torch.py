@@ -56,7 +56,7 @@ class TorchRasterizer:
 
 
 def _are_finite(*tensors: Tensor) -> Tensor:
-    """Return `[N]` booleans: whether a row is finite in all tensors."""
+    """Return `[N]` booleans that tell whether a row is finite in all tensors."""
     flat = torch.cat([tensor.flatten(start_dim=1) for tensor in tensors], dim=1)
     return torch.isfinite(flat).all(dim=1)
 

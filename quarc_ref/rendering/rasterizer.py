@@ -1,8 +1,8 @@
-"""The interface of rasterizers, and its data types.
+"""The interface of rasterizers, and the data types that it uses.
 
 Callers apply activations before rendering. Opacities, and thus alpha, are at most 0.99, so
-the clamps of the backends have no effect. Backends are `numba` (CPU), `gsplat` (CUDA) and
-`torch` (the float64 reference); the module `backends` chooses a backend.
+the clamps of the backends have no effect. The backends are `numba` (CPU), `gsplat` (CUDA)
+and `torch` (the float64 reference); the module `backends` chooses one.
 """
 
 from dataclasses import dataclass
@@ -45,8 +45,8 @@ class Rendering:
     Attributes:
         image: `[H, W, 3]` unclamped colors.
         alpha: `[H, W]` 1 minus the remaining transmittance.
-        means2d: `[N, 2]` (or `[1, N, 2]`) centers in pixels, a tensor of the autograd
-            graph, so that its gradient is available.
+        means2d: `[N, 2]` (or `[1, N, 2]`) centers in pixels. The tensor is part of the
+            autograd graph, so its gradient is available.
         radii: `[N]` three standard deviations in pixels; 0 for invisible Gaussians.
     """
 
@@ -57,7 +57,7 @@ class Rendering:
 
 
 class Backdrop(Protocol):
-    """Fixed Gaussians in the view of a camera.
+    """Fixed Gaussians in the view of a camera, to which other Gaussians can be added.
 
     Attributes:
         image: `[H, W, 3]` rendering of the fixed Gaussians.
@@ -87,7 +87,8 @@ class Rasterizer(Protocol):
 
         Args:
             gaussians: Gaussians on the rasterizer's device.
-            camera: The camera; Gaussians nearer than its near plane are culled (SPEC 10.3).
+            camera: The camera; Gaussians closer than a fixed fraction of its near plane distance
+                are culled (SPEC 10.3).
             background: `[3]` background color.
         """
         ...
@@ -98,7 +99,7 @@ class Rasterizer(Protocol):
 
 
 class JoinedBackdrop:
-    """Backdrop for backends without their own backdrop; renders all Gaussians again.
+    """Backdrop for backends that have none of their own; it renders all Gaussians every time.
 
     Args:
         rasterizer: The rasterizer.
@@ -134,6 +135,6 @@ def activate_opacities(logits: Tensor) -> Tensor:
 
 
 def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
-    """Convert the gradient of `means2d` from pixels to `[N, 2]` in NDC, as for 3DGS thresholds."""
+    """Convert the gradient of `means2d` from pixels to NDC, the unit of 3DGS thresholds."""
     half_size = gradient.new_tensor([camera.width / 2, camera.height / 2])
     return gradient.reshape(-1, 2) * half_size

@@ -1,9 +1,9 @@
-"""Kernels for SSIM and its gradient: 11x11 Gaussian window of sigma 1.5, zero padding.
+"""Kernels for SSIM and its gradient, with an 11x11 Gaussian window of sigma 1.5.
 
-This variant of SSIM is used by 3DGS and its successors; reports name it `ssim_inria`. A
-picture is an array of rows of interleaved colors, so every loop runs over contiguous memory,
-and neighboring pixels are three numbers apart. One thread processes each row, so results do
-not depend on the number of threads.
+Pictures are padded with zeros. 3DGS and its successors use this variant of SSIM, which reports
+call `ssim_inria`. A picture is an array of rows of interleaved colors, so every loop runs over
+contiguous memory, and neighboring pixels are three numbers apart. One thread processes each
+row, so results do not depend on the number of threads.
 """
 
 import math
@@ -33,7 +33,7 @@ WINDOW = _make_window()
 
 @fused_kernel
 def _filter_along_x(padded, out):
-    """Filter a row along x; the row has 3 RADIUS padding numbers on both sides."""
+    """Filter a row along x; the row is padded with 3 RADIUS zeros on each side."""
     for x in range(out.size):
         total = _0
         for k in range(2 * RADIUS + 1):
@@ -87,9 +87,10 @@ def _compute_ssim_row(rows, block):
     loops over many arrays that may overlap.
 
     Args:
-        rows: `[5, width]` moments a, aa, ab, b, bb; SSIM and the three derivatives overwrite
-            the first four rows.
-        block: `[5 BLOCK]` working memory.
+        rows: `[5, width]` filtered moments: first picture (a), its square (aa), product of both
+            pictures (ab), second picture (b), its square (bb). SSIM and the three derivatives
+            overwrite the first four rows.
+        block: `[5 BLOCK_SIZE]` working memory.
     """
     for start in range(0, rows.shape[1], BLOCK_SIZE):
         size = min(BLOCK_SIZE, rows.shape[1] - start)
@@ -124,7 +125,7 @@ def _compute_ssim_row(rows, block):
 
 @parallel_kernel
 def ssim_moments(picture, moments):
-    """Compute the moments `[2, H, 3 W]` of a picture `[H, 3 W]`: filtered, and filtered square."""
+    """Compute `[2, H, 3 W]` moments of a picture `[H, 3 W]`: it and its square, both filtered."""
     height, width = picture.shape
     for y in numba.prange(height):
         sums = np.zeros((2, width + 6 * RADIUS), dtype=np.float32)
@@ -141,7 +142,7 @@ def ssim_forward(first, second, moments, ssim, derivatives):
         first: `[H, 3 W]` first picture.
         second: `[H, 3 W]` second picture.
         moments: `[2, H, 3 W]` moments of the second picture from `ssim_moments`.
-        ssim: `[H, 3 W]` output: SSIM.
+        ssim: `[H, 3 W]` output: SSIM of every pixel and channel.
         derivatives: `[3, H, 3 W]` output: derivatives of SSIM with respect to the filtered first
             picture, its filtered square and the filtered product of both pictures.
     """

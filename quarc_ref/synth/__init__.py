@@ -2,8 +2,8 @@
 
     write_synthetic_capture(Path("playroom"), SynthOptions())
 
-The room, its toys and their motions are closed-form functions of time, so all frames and
-cameras show the same scene.
+The room, its toys and their motions are closed-form functions of time, so all cameras show
+exactly the same moving scene.
 """
 
 from quarc_ref.synth.options import SynthOptions

@@ -1,6 +1,7 @@
 """Compiler options of the kernels of the synthetic scene.
 
-Only kernels with `entry_kernel` are cached on disk, together with the kernels that they call.
+Only kernels decorated with `entry_kernel` are cached on disk, together with the kernels that
+they call.
 """
 
 from quarc_ref.compiled import cached_njit, numba

@@ -1,6 +1,6 @@
-"""The room and its furniture, all static except a door and a screen.
+"""The room and its furniture, which are static except for a door and a screen.
 
-The door slides open once per period and reveals new content. The screen shows a new
+The door slides open once per period and reveals new content. The screen changes to another
 picture at about the same time.
 """
 
@@ -33,7 +33,7 @@ _SKY = (2.8, 3.4, 4.1)
 
 
 def compute_opening(time: float, delay: float) -> float:
-    """Return the open share of the door, from 0 to 1, at a time in seconds."""
+    """Return how far the door is open, from 0 to 1, at a time in seconds."""
     time_in_period = (time - delay) % _SHOW_SECONDS
     return _smoothstep(time_in_period, *_OPENING) - _smoothstep(time_in_period, *_CLOSING)
 
@@ -44,7 +44,7 @@ def _smoothstep(time: float, start: float, end: float) -> float:
 
 
 def make_room(phase: float, palette: Palette) -> Room:
-    """Return the room with the light of a ceiling lamp and a window."""
+    """Return the room, which is lit by a ceiling lamp and a window."""
     floor = Paint(patterns.FLOOR, *palette.wood, palette.toys[3], phase=phase)
     bricks = Paint(patterns.BRICKS, *palette.brick, phase=phase)
     paper = Paint(patterns.WALLPAPER, *palette.wall, phase=phase)
@@ -94,7 +94,7 @@ def _make_hidden_toys(frame: Matrix, phase: float, palette: Palette) -> list[Sol
 
 
 def make_screen(wipe: float, palette: Palette) -> list[Solid]:
-    """Return a screen on the wall; `wipe` is the share that shows the second picture."""
+    """Return a screen on the wall; `wipe` is the share of it that shows the second picture."""
     toys = palette.toys
     paint = Paint(patterns.SCREEN, toys[5], palette.light, toys[2], phase=wipe, glow=0.45)
     return [box(translate(1.35, 1.42, _BACK + 0.04), (0.56, 0.36, 0.04), paint)]

@@ -1,4 +1,4 @@
-"""An empty hall of the size of the playroom, with a lamp above the center.
+"""An empty hall that is as large as the playroom, with a lamp above the center.
 
 The light on the subject is identical in the bright and the black hall, because walls do not
 reflect light onto it.
@@ -20,7 +20,7 @@ _LAMP_COUNT = 7
 
 
 def make_hall(phase: float, palette: Palette, *, is_dark: bool) -> Room:
-    """Return the hall: the playroom without furniture, with black walls if `is_dark`."""
+    """Return the hall: the playroom without furniture, and with black walls if `is_dark`."""
     room = make_room(phase, palette)
     lamp = [0.2, 3.1, 0.9, 0.35, 0.0, 0.0, 0.0, 0.0, 0.35, *_LAMP_LIGHT, 0.0, -1.0, 0.0]
     black = Paint(patterns.PLAIN, _BLACK, _BLACK, _BLACK)

@@ -1,7 +1,7 @@
-"""Kernels for the light reflected by surfaces.
+"""Kernels that compute the light that surfaces reflect.
 
 Every ray of a pixel samples one point of each lamp and one direction of the hemisphere
-above the surface. The nine rays of a pixel cover lamps and hemisphere evenly. All pixels,
+above the surface. The nine rays of a pixel cover the lamps and the hemisphere evenly. All pixels,
 cameras and frames use the same samples, so a large lamp acts as nine small lamps. Shadows
 are soft, have no noise, and are consistent between cameras.
 """
@@ -26,19 +26,19 @@ from quarc_ref.synth.trace_kernels import (
 
 _GRID_SIDE = 3
 SAMPLES = _GRID_SIDE * _GRID_SIDE
-_SURFACE_OFFSET = 1e-3  # meters from a surface to the origins of rays that leave the surface
+_SURFACE_OFFSET = 1e-3  # meters from a surface to the origin of a ray that leaves it
 _AMBIENT_RANGE = 0.55  # meters; solids within this distance block ambient light
 
 
 def _spread_points() -> NDArray[np.float64]:
-    """Return `[9, 2]` points of a unit square, one in each cell of a 3 x 3 grid."""
+    """Return `[9, 2]` points in the unit square, one in each cell of a 3 x 3 grid."""
     order = np.arange(SAMPLES)
     transposed = order % _GRID_SIDE * _GRID_SIDE + order // _GRID_SIDE
     return (np.stack((order, transposed), axis=1) + 0.5) / SAMPLES
 
 
 def _sample_hemisphere() -> NDArray[np.float64]:
-    """Return `[9, 3]` directions above the xy plane, with higher density near the normal."""
+    """Return `[9, 3]` directions above the xy plane, which are denser near the z axis."""
     r, angle = np.sqrt(POINTS[:, 0]), 2 * np.pi * POINTS[:, 1]
     return np.stack((r * np.cos(angle), r * np.sin(angle), np.sqrt(1 - r * r)), axis=1)
 
@@ -53,8 +53,9 @@ def list_occluders(stage, lists, counts, center, radius):
 
     Args:
         stage: Stage from `pack_stage`.
-        lists: `[L + 1, S]` output: solids for each lamp, then for the ambient light.
-        counts: `[L + 1]` output: number of solids in each list.
+        lists: `[L + 1, S]` output: indices of the solids that can block each lamp; in the last row,
+            of those that can block the ambient light.
+        counts: `[L + 1]` output: numbers of solids in the lists.
         center: Center of the sphere, three numbers.
         radius: Radius of the sphere.
     """
@@ -80,7 +81,7 @@ def reflect_light(stage, lists, counts, ray, hit_distance, surface, sample):
         stage: Stage from `pack_stage`.
         lists: Lists from `list_occluders`.
         counts: Counts from `list_occluders`.
-        ray: Origin and direction of length 1, six numbers.
+        ray: Origin and unit direction of the ray, six numbers.
         hit_distance: Distance to the hit surface.
         surface: Row of the surface in `Stage.paints`.
         sample: Index of the ray within its pixel.
@@ -117,7 +118,7 @@ def reflect_light(stage, lists, counts, ray, hit_distance, surface, sample):
 
 @inlined_kernel
 def _locate_spot(solids, surface, x, y, z):
-    """Return a surface point as a spot for `evaluate_paint`, and the world normal."""
+    """Return the spot of a surface point, for `evaluate_paint`, and its normal in world space."""
     if surface >= solids.shape[0]:
         face = surface - solids.shape[0]
         inward = 1.0 if face % 2 == 0 else -1.0
@@ -144,7 +145,7 @@ def _normalize(x, y, z):
 
 @inlined_kernel
 def _compute_lamp_light(stage, lists, counts, lamp, origin, normal, ray, point):
-    """Return the diffuse and specular light from a sample point of a lamp."""
+    """Return the diffuse and the specular light that comes from a sample point of a lamp."""
     lights = stage.lights
     a, b = 2 * POINTS[point, 0] - 1, 2 * POINTS[point, 1] - 1
     x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - origin[0]
@@ -168,7 +169,7 @@ def _compute_lamp_light(stage, lists, counts, lamp, origin, normal, ray, point):
 
 @inlined_kernel
 def _compute_ambient_light(stage, lists, counts, origin, normal, sample):
-    """Return the ambient light, reduced near other solids."""
+    """Return the ambient light, which is weaker near other solids."""
     x, y, z = _rotate_sample(normal, sample)
     ray, ambient_index = (*origin, x, y, z), stage.lights.shape[0]
     wall_distance, _ = hit_wall(stage.room, ray)
@@ -194,7 +195,7 @@ def _compute_ambient_light(stage, lists, counts, origin, normal, sample):
 
 @inlined_kernel
 def _rotate_sample(normal, sample):
-    """Return a sample direction of the hemisphere above a surface."""
+    """Return a sample direction, rotated to the hemisphere above a surface."""
     if abs(normal[1]) < 0.9:
         tx, ty, tz = _normalize(normal[2], 0.0, -normal[0])
     else:

@@ -1,4 +1,4 @@
-"""Kernels for smooth noise and soft edges of patterns.
+"""Kernels for smooth noise and for the soft edges of patterns.
 
 Noise interpolates hashed values at grid points, so no detail is finer than a grid cell.
 """
@@ -12,7 +12,7 @@ from quarc_ref.synth.compiled import kernel
 
 @kernel
 def hash_uniform(i, j, k):
-    """Return a hash of three integers as a number from 0 to 1."""
+    """Return a number from 0 to 1 that is a hash of three integers."""
     bits = (i * 374761393 + j * 668265263 + k * 1440662683) & 0xFFFFFFFF
     bits = ((bits ^ (bits >> 13)) * 1274126177) & 0xFFFFFFFF
     return ((bits ^ (bits >> 16)) & 0xFFFF) / 65535.0
@@ -27,7 +27,7 @@ def ramp(x, low, high):
 
 @kernel
 def blend(a, b, share):
-    """Interpolate between two colors."""
+    """Interpolate between two colors; `share` is the weight of the second color."""
     return (
         a[0] + share * (b[0] - a[0]),
         a[1] + share * (b[1] - a[1]),

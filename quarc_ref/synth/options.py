@@ -1,4 +1,4 @@
-"""Options of a synthetic capture, and random numbers from its seed."""
+"""Options of a synthetic capture, and random numbers that depend on its seed."""
 
 from dataclasses import dataclass
 from zlib import crc32
@@ -14,16 +14,16 @@ _MAX_CAMERAS = 99
 
 @dataclass(frozen=True, slots=True)
 class SynthOptions:
-    """Options of a synthetic capture, except its folder.
+    """Options of a synthetic capture, except for its folder.
 
     Attributes:
-        width: Picture width, pixels, even.
-        height: Picture height, pixels, even.
+        width: Picture width in pixels; must be even.
+        height: Picture height in pixels; must be even.
         frames: Number of frames of every camera.
         frames_per_second: Frame rate of every camera.
-        seed: Seed of colors, patterns, motions and camera positions.
-        cameras: Number of training cameras; the capture has one more camera, held out.
-        variant: Name of the scene, one of `VARIANTS`.
+        seed: Seed of the random colors, patterns, motions and camera positions.
+        cameras: Number of training cameras; the capture also has one held-out camera.
+        variant: Name of the variant of the scene, a key of `VARIANTS`.
     """
 
     width: int = 160
@@ -53,15 +53,15 @@ class SynthOptions:
 
     @property
     def scene(self) -> Variant:
-        """The properties of the variant."""
+        """The properties of the scene's variant."""
         return VARIANTS[self.variant]
 
 
 def draw_uniform(seed: int, purpose: str, count: int) -> NDArray[np.float64]:
-    """Return random numbers from 0 to 1 for a seed and a purpose."""
+    """Return uniform random numbers from 0 to 1 that depend on a seed and a purpose."""
     return make_generator(seed, purpose).random(count)
 
 
 def make_generator(seed: int, purpose: str) -> np.random.Generator:
-    """Return an independent generator for a seed and a purpose."""
+    """Return a random number generator that is independent for every seed and purpose."""
     return np.random.default_rng([seed, crc32(purpose.encode())])

@@ -1,6 +1,7 @@
-"""Paints, which are patterns with three colors and parameters, and palettes from a seed.
+"""Paints (patterns with three colors and parameters), and palettes chosen from a seed.
 
-Colors are chosen in Oklab: hues of equal lightness and chroma look equally strong.
+Colors are chosen in Oklab, where different hues of equal lightness and chroma look equally
+bright and equally colorful.
 """
 
 import math
@@ -37,13 +38,13 @@ class Paint:
 
     Attributes:
         pattern: One of the patterns of `texture_kernels`.
-        first: First color, linear RGB, 0 to 1.
-        second: Second color, linear RGB.
-        third: Third color, linear RGB.
-        scale: Period of the pattern in meters; unused by patterns without a period.
-        phase: Offset or another parameter of the pattern.
-        gloss: Strength of the highlight.
-        glow: Emission relative to the color.
+        first: First color, linear RGB from 0 to 1.
+        second: Second color, linear RGB from 0 to 1.
+        third: Third color, linear RGB from 0 to 1.
+        scale: Period of the pattern in meters; patterns without a period ignore it.
+        phase: Offset of the pattern; some patterns use it as another parameter.
+        gloss: Strength of specular highlights.
+        glow: Emitted light as a factor of the color.
     """
 
     pattern: int
@@ -56,7 +57,7 @@ class Paint:
     glow: float = 0.0
 
     def as_row(self) -> NDArray[np.float64]:
-        """Return `[14]` colors, scale, phase, gloss, glow and pattern, for kernels."""
+        """Return the paint as `[14]` numbers: colors, scale, phase, gloss, glow and pattern."""
         pattern, *attributes = astuple(self)
         return np.hstack((*attributes, pattern))
 
@@ -66,10 +67,10 @@ class Palette:
     """Colors of a scene.
 
     Attributes:
-        toys: Six saturated colors of different hues.
+        toys: Six saturated colors of different hues for toys and other objects.
         light: Off-white.
         dark: Nearly black.
-        wood: Light and dark color of floor and furniture.
+        wood: Light and dark color of the floor and the furniture.
         brick: Light and dark color of bricks, and color of the mortar.
         wall: Light and dark color of the wallpaper, and color of the paneling.
     """
@@ -83,7 +84,7 @@ class Palette:
 
 
 def oklab_to_linear(lightness: float, chroma: float, hue: float) -> Color:
-    """Convert an Oklab color to linear RGB; the hue is in turns."""
+    """Convert an Oklab color, whose hue is in turns, to linear RGB."""
     angle = 2 * math.pi * hue
     lab = np.array([lightness, chroma * math.cos(angle), chroma * math.sin(angle)])
     linear = np.clip(_CONE_TO_LINEAR @ (_OKLAB_TO_CONE @ lab) ** 3, _DARKEST, _BRIGHTEST)

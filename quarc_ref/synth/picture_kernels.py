@@ -1,4 +1,4 @@
-"""Kernels for painted surfaces: the robot's face, pictures on the wall, the screen."""
+"""Kernels for painted surfaces: the robot's face, the pictures on the wall and the screen."""
 
 # mypy: allow-untyped-defs
 
@@ -10,7 +10,7 @@ from quarc_ref.synth.noise_kernels import blend, ramp, shade
 
 @kernel
 def paint_face(colors, x, y, z):
-    """Return the color of a head that looks along z: eyes, cheeks and a smile."""
+    """Return the color of a head that faces +z, with eyes, cheeks and a smile."""
     first, second, third = colors
     if z < 0.25:
         return first
@@ -30,7 +30,7 @@ def paint_face(colors, x, y, z):
 
 @kernel
 def paint_landscape(colors, phase, x, y):
-    """Return the color of a picture of hills and sun at coordinates from -1 to 1."""
+    """Return the color of a picture of hills and the sun; x and y range from -1 to 1."""
     near_color, far_color, sky_color = colors
     sun = math.hypot(x - 0.6 * math.cos(5 * phase), 0.8 * (y - 0.35))
     far_hill = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
@@ -43,10 +43,10 @@ def paint_landscape(colors, phase, x, y):
 
 @kernel
 def paint_screen(colors, wipe, x, y):
-    """Return the color of a screen on which a second picture replaces the first by a wipe.
+    """Return the color of a screen on which a second picture wipes over the first one.
 
     Args:
-        colors: Ground color of both pictures, and two colors of figures.
+        colors: Background color of both pictures, and two colors of the shapes in them.
         wipe: Share of the screen, from the left, that shows the second picture.
         x: Horizontal coordinate from -1 to 1.
         y: Vertical coordinate from -1 to 1.

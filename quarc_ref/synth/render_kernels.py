@@ -1,4 +1,4 @@
-"""Kernels that render a stage with nine rays per pixel, averaged in linear light."""
+"""Kernels that render a stage with nine rays per pixel, which are averaged in linear light."""
 
 # mypy: allow-untyped-defs
 
@@ -18,12 +18,12 @@ _EXPOSURE = 1.35
 
 @entry_kernel
 def render_picture(stage, camera, picture, depths):
-    """Render a picture, and the depth range of each pixel.
+    """Render a picture and compute the depth range of each pixel.
 
     Args:
         stage: Stage from `pack_stage`.
-        camera: `[15]` center, right, down, forward, focal length and principal point; lengths
-            in the picture are in pixels.
+        camera: `[15]` center, directions right, down and forward, focal length and principal
+            point; the focal length and the principal point are in pixels.
         picture: `[H, W, 3]` float64 output: linear light from 0 to 1.
         depths: `[H, W, 2]` output: minimum and maximum depth.
     """
@@ -47,7 +47,7 @@ def render_picture(stage, camera, picture, depths):
 
 @entry_kernel
 def measure_depths(stage, camera, points, depths):
-    """Compute the depths `[N]` at picture positions `[N, 2]` (x, y), in pixels."""
+    """Compute the depths `[N]`, in meters, at the pixel positions `[N, 2]` (x, y)."""
     candidates = np.empty(stage.solids.shape[0], dtype=np.int64)
     for i in range(depths.size):
         ray, depth_ratio = _cast_ray(camera, points[i, 0], points[i, 1])
@@ -60,14 +60,14 @@ def measure_depths(stage, camera, points, depths):
 
 @kernel
 def _apply_exposure(light):
-    """Return the recorded value of linear light; recorded values are below 1."""
+    """Return the value below 1 that a camera records for linear light."""
     light *= _EXPOSURE
     return 1 - 1 / (1 + light + 0.5 * light * light)
 
 
 @kernel
 def _cast_ray(camera, u, v):
-    """Return the ray through a point of the picture, and the ratio of depth to distance."""
+    """Return the ray through a point of the picture, and its ratio of depth to distance."""
     a, b = (u - camera[13]) / camera[12], (v - camera[14]) / camera[12]
     depth_ratio = 1 / math.sqrt(a * a + b * b + 1)
     ray = (
@@ -96,7 +96,7 @@ def _find_nearest(stage, candidates, count, ray):
 
 @kernel
 def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfaces):
-    """Store distances and surfaces of the hits of a pixel's rays; return the depth range."""
+    """Store the distances and the surfaces that a pixel's rays hit; return the depth range."""
     axis, _ = _cast_ray(camera, column + 0.5, row + 0.5)
     cone_radius = _MAX_DISTANCE * math.sqrt(0.5) / camera[12]
     count = list_candidates(
@@ -122,19 +122,19 @@ def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfa
 def _light_pixel(
     stage, camera, column, row, patch_center, lists, counts, hit_distances, hit_surfaces
 ):
-    """Return the mean linear light of a pixel's rays.
+    """Return the mean recorded light of a pixel's rays, in linear RGB.
 
     Args:
         stage: Stage from `pack_stage`.
         camera: `[15]` camera; see `render_picture`.
         column: Column of the pixel.
         row: Row of the pixel.
-        patch_center: `[3]` center of the patch for which `lists` is valid. A hit outside the
-            patch moves the center and updates the lists.
+        patch_center: `[3]` center of the patch for which `lists` is valid. If a ray
+            hits a point outside the patch, the center moves there and the lists are updated.
         lists: Lists from `list_occluders`.
         counts: Counts from `list_occluders`.
-        hit_distances: `[9]` distances to the hits of the rays.
-        hit_surfaces: `[9]` rows of the hits in `Stage.paints`.
+        hit_distances: `[9]` distances to the points that the rays hit.
+        hit_surfaces: `[9]` rows, in `Stage.paints`, of the surfaces that the rays hit.
     """
     r, g, b = 0.0, 0.0, 0.0
     for sample in range(SAMPLES):

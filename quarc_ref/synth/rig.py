@@ -1,7 +1,7 @@
 """The cameras of a synthetic capture, and their rows of `poses_bounds.npy`.
 
-Cameras are on an arc around the stage, at alternating heights, and look at the center of
-the stage. The first camera, which is held out, is halfway between two other cameras.
+The cameras are on an arc around the stage, at alternating heights, and look at its center.
+The first camera, which is held out, is halfway between two other cameras.
 """
 
 import math
@@ -30,11 +30,11 @@ class RigCamera:
 
     Attributes:
         center: `[3]` position, world units.
-        axes: `[3, 3]` world directions right, down, forward, by row.
+        axes: `[3, 3]` rows: the directions right, down and forward in world space.
         focal: Focal length, pixels.
         width: Picture width, pixels.
         height: Picture height, pixels.
-        color_matrix: `[3, 3]` matrix from scene to recorded linear RGB.
+        color_matrix: `[3, 3]` matrix that maps the linear RGB of the scene to recorded linear RGB.
     """
 
     center: Float64
@@ -45,12 +45,12 @@ class RigCamera:
     color_matrix: Float64
 
     def as_row(self) -> Float64:
-        """Return `[15]` center, right, down, forward, focal length, principal point."""
+        """Return the camera as `[15]` numbers for `render_kernels.render_picture`."""
         principal_point = (self.width / 2, self.height / 2)
         return np.array([*self.center, *self.axes.ravel(), self.focal, *principal_point])
 
     def to_world(self, pixels: Float64, depths: Float64) -> Float64:
-        """Return the `[N, 3]` world points at pixels `[N, 2]` and their depths."""
+        """Return the `[N, 3]` world points at pixel positions `[N, 2]` and depths `[N]`."""
         directions = (pixels - (self.width / 2, self.height / 2)) / self.focal
         rays = np.column_stack((directions, np.ones(len(depths))))
         return self.center + depths[:, None] * (rays @ self.axes)
@@ -59,8 +59,8 @@ class RigCamera:
         """Return the camera's row `[17]` of `poses_bounds.npy`.
 
         Args:
-            min_depth: Minimum depth in all frames of the camera.
-            max_depth: Maximum depth in all frames of the camera.
+            min_depth: Minimum depth over all frames of the camera.
+            max_depth: Maximum depth over all frames of the camera.
         """
         right, down, forward = self.axes
         size = np.array([self.height, self.width, self.focal])
@@ -87,7 +87,7 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
 
 
 def _make_color_matrices(count: int, options: SynthOptions) -> Float64:
-    """Return `[count, 3, 3]` color matrices; all are the identity if the spread is 0."""
+    """Return `[count, 3, 3]` color matrices, all of them the identity if `camera_spread` is 0."""
     spread = options.scene.camera_spread
     normals = make_generator(options.seed, "films").standard_normal((count, 4, 3))
     gains = np.exp(spread * (0.95 * normals[:, 0, :1] + 0.3 * normals[:, 1]))

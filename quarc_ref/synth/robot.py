@@ -36,7 +36,7 @@ class _Paints(NamedTuple):
 
 
 def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
-    """Return the solids of the robot, legs first, at a time in seconds."""
+    """Return two groups of solids, lower and upper body, of the robot at a time in seconds."""
     paints = _choose_paints(time, phase, palette)
     stride = wave(time, _STEP_SECONDS, phase)
     body_frame = translate(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(
@@ -86,7 +86,7 @@ def _make_leg(
 
 
 def _bend_knee(body_frame: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
-    """Return the knee in front of hip and ankle; both are one thigh length away."""
+    """Return the knee, in front of the hip and the ankle and one thigh length from both."""
     hip_to_ankle = ankle[:3, 3] - hip[:3, 3]
     knee_offset = math.sqrt(max(_THIGH**2 - float(hip_to_ankle @ hip_to_ankle) / 4, 0.0))
     forward = body_frame[:3, 2] - hip_to_ankle * float(body_frame[:3, 2] @ hip_to_ankle) / float(

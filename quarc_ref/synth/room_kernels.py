@@ -1,4 +1,4 @@
-"""Kernels for the patterns of the room: wooden floor, rug and track, bricks, wallpaper.
+"""Kernels for the patterns of the room: wooden floor with rug and track, bricks, wallpaper.
 
 Coordinates are world coordinates in meters.
 """
@@ -22,7 +22,7 @@ _SKIRTING_HEIGHT = 0.13
 
 @kernel
 def paint_floor(colors, phase, x, z):
-    """Return the color of the floor; `colors` are light wood, dark wood and rug."""
+    """Return the color of the floor; `colors` are those of light wood, dark wood and the rug."""
     r = math.hypot(x, z)
     if r < RUG_RADIUS:
         return _paint_rug(colors, phase, x, z, r)
@@ -66,7 +66,7 @@ def _paint_rug(colors, phase, x, z, r):
 
 @kernel
 def _paint_track(colors, x, z, track_distance):
-    """Return the color of a track: two rails, and sleepers on a pale band."""
+    """Return the color of a railway track: two rails, and sleepers on a pale band."""
     sleeper_position = 40 * (math.atan2(z, x) / (2 * math.pi) + 1)
     sleeper = ramp(abs(sleeper_position - math.floor(sleeper_position) - 0.5), 0.2, 0.28)
     ground = blend(shade(colors[1], 0.45), (0.62, 0.60, 0.55), sleeper)
@@ -76,7 +76,7 @@ def _paint_track(colors, x, z, track_distance):
 
 @kernel
 def paint_bricks(colors, phase, x, y):
-    """Return the color of a wall; `colors` are light brick, dark brick, mortar."""
+    """Return the color of a brick wall; `colors` are light brick, dark brick and mortar."""
     row = math.floor(y / _BRICK_HEIGHT)
     brick_position = x / _BRICK_LENGTH + 0.5 * (int(row) % 2)
     brick = math.floor(brick_position)
@@ -93,7 +93,7 @@ def paint_bricks(colors, phase, x, y):
 
 @kernel
 def paint_wallpaper(colors, phase, x, y):
-    """Return the color of a wall; `colors` are wallpaper (two) and paneling (one)."""
+    """Return the color of a wall; `colors` are two of the wallpaper and one of the paneling."""
     if y < _PANELING_HEIGHT:
         return _add_skirting(_paint_paneling(colors, x, y), y)
     stripe = (x + phase) / _STRIPE_WIDTH

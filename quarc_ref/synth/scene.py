@@ -1,9 +1,10 @@
-"""The synthetic scene at any time: a playroom or a variant of the playroom.
+"""The synthetic scene at any time, which is a playroom or a variant of it.
 
 A ball bounces in front of a dancing robot, between a crate on a turntable and a blob on a
 stool. A train drives around these objects, below a mobile. In the background, the door of a
-cabinet slides open and a screen changes its picture. Only door and screen reveal new
-content; all other objects only move. The stage variants show only the robot in a hall.
+cabinet slides open and a screen changes its picture. Only the door and the screen
+reveal new content; all other objects only move. The variants `bright-stage` and `dark-stage`
+show only the robot in a hall.
 """
 
 from dataclasses import dataclass
@@ -42,9 +43,9 @@ class Scene:
 
     Attributes:
         palette: Colors of the scene.
-        phases: Phases of ball, crate, blob, mobile, train, robot, door, screen and
-            patterns, in this order, in turns.
-        variant: Differences from the playroom.
+        phases: Phases, in turns, of ball, crate, blob, mobile, train, robot, door, screen and
+            patterns, in this order.
+        variant: Variant of the playroom.
     """
 
     palette: Palette
@@ -52,7 +53,7 @@ class Scene:
     variant: Variant
 
     def at_time(self, time: float) -> Stage:
-        """Return the stage at a time of the video in seconds."""
+        """Return the stage at a time in the video, in seconds."""
         time = _TEMPO * self.variant.tempo * time
         return self._build_hall(time) if self.variant.is_stage else self._build_playroom(time)
 
@@ -85,5 +86,5 @@ class Scene:
 
 
 def make_scene(seed: int, variant: Variant = PLAYROOM) -> Scene:
-    """Return the scene of a seed and a variant."""
+    """Return the scene that a seed and a variant define."""
     return Scene(choose_palette(seed), tuple(draw_uniform(seed, "phases", 9).tolist()), variant)

@@ -1,8 +1,8 @@
-"""Kernels that intersect rays with solids, and compute normals.
+"""Kernels that intersect rays with solids and compute the normals of solids.
 
 Every solid is one of five shapes of about unit size, mapped to the world by an affine
 matrix. The caller maps rays to the space of the shape. Mapped directions are not
-normalized, so distances along mapped and original rays are equal. A ray that starts inside
+normalized, so distances along a mapped ray and the original ray are equal. A ray that starts inside
 a solid does not intersect the solid, unless the solid is a blob.
 """
 
@@ -30,11 +30,12 @@ _EPSILON = 1e-12
 
 @inlined_kernel
 def find_entry(shape, parameter, ox, oy, oz, dx, dy, dz):
-    """Return the distance at which a ray enters a shape; `MISS` if the ray misses the shape.
+    """Return the distance at which a ray enters a shape, or `MISS` if it misses the shape.
 
     Args:
         shape: `BALL`, `BOX`, `CYLINDER`, `CAPSULE` or `BLOB`.
-        parameter: Half the length of a capsule's axis, or the phase of a blob's waves, turns.
+        parameter: For a capsule, half the length of its axis in units of its radius; for a blob,
+            the phase of its waves in turns; unused for other shapes.
         ox, oy, oz: Origin of the ray in the shape's space.
         dx, dy, dz: Direction of the ray in the shape's space.
     """
@@ -51,7 +52,7 @@ def find_entry(shape, parameter, ox, oy, oz, dx, dy, dz):
 
 @inlined_kernel
 def compute_normal(shape, parameter, x, y, z):
-    """Return the outward normal, not normalized, at a point of a shape's surface."""
+    """Return the outward normal at a point of a shape's surface; its length is not 1."""
     if shape == BOX:
         return _box_normal(x, y, z)
     if shape == CYLINDER:
@@ -78,7 +79,7 @@ def _enter_ball(ox, oy, oz, dx, dy, dz):
 
 @inlined_kernel
 def _intersect_slab(origin, direction):
-    """Return the distances between which one coordinate of a ray is between -1 and 1."""
+    """Return the distances at which a coordinate of a ray enters and leaves the range -1 to 1."""
     if abs(direction) < _EPSILON:
         direction = _EPSILON
     first, last = (-1 - origin) / direction, (1 - origin) / direction

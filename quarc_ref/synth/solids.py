@@ -1,7 +1,7 @@
-"""Solids of the synthetic scene: shapes of unit size that are mapped to the world.
+"""Solids of the synthetic scene: painted shapes of unit size that are mapped to the world.
 
-A solid is a shape with an affine matrix to the world and a paint. Matrices are `[4, 4]`
-and act on columns, so `translate(...) @ rotate_y(...)` rotates first and then translates.
+A pose is the matrix of an object's coordinate system in the world. Matrices are `[4, 4]` and
+act on column vectors, so `translate(...) @ rotate_y(...)` rotates first and then translates.
 """
 
 import math
@@ -26,10 +26,11 @@ class Solid:
 
     Attributes:
         shape: One of the shapes of `solid_kernels`.
-        matrix: `[4, 4]` from the shape's space to the world, meters.
-        sizes: Meters per unit along the shape's axes, for the paint.
+        matrix: `[4, 4]` matrix from the shape's space to the world, in meters.
+        sizes: Meters per unit of the shape along its axes, which the paint uses.
         paint: Appearance of the surface.
-        parameter: Half the length of a capsule's axis, or the phase of a blob's waves, turns.
+        parameter: For a capsule, half the length of its axis in units of its radius; for a blob,
+            the phase of its waves in turns; unused for other shapes.
     """
 
     shape: int
@@ -39,7 +40,7 @@ class Solid:
     parameter: float = 0.0
 
     def bounds(self) -> NDArray[np.float64]:
-        """Return `[4]` center and radius of a bounding sphere."""
+        """Return the center and the radius of a bounding sphere, `[4]`."""
         return np.array([*self.matrix[:3, 3], self._bounding_radius(self.matrix[:3, :3])])
 
     def _bounding_radius(self, linear: Matrix) -> float:
@@ -65,48 +66,48 @@ def scale(x: float, y: float, z: float) -> Matrix:
 
 
 def rotate_x(angle: float) -> Matrix:
-    """Return the rotation of y towards z by an angle in radians."""
+    """Return the rotation from y toward z by an angle in radians."""
     return _rotate(angle, 1, 2)
 
 
 def rotate_y(angle: float) -> Matrix:
-    """Return the rotation of z towards x by an angle in radians."""
+    """Return the rotation from z toward x by an angle in radians."""
     return _rotate(angle, 2, 0)
 
 
 def rotate_z(angle: float) -> Matrix:
-    """Return the rotation of x towards y by an angle in radians."""
+    """Return the rotation from x toward y by an angle in radians."""
     return _rotate(angle, 0, 1)
 
 
 def ball(frame: Matrix, radius: float, paint: Paint) -> Solid:
-    """Return a ball around the origin of a frame."""
+    """Return a ball that is centered at a pose."""
     return ellipsoid(frame, (radius, radius, radius), paint)
 
 
 def ellipsoid(frame: Matrix, radii: Vector, paint: Paint) -> Solid:
-    """Return an ellipsoid around the origin of a frame."""
+    """Return an ellipsoid that is centered at a pose."""
     return Solid(BALL, frame @ scale(*radii), radii, paint)
 
 
 def box(frame: Matrix, half_sizes: Vector, paint: Paint) -> Solid:
-    """Return a box around the origin of a frame, given half its edge lengths."""
+    """Return a box that is centered at a pose, given half its edge lengths."""
     return Solid(BOX, frame @ scale(*half_sizes), half_sizes, paint)
 
 
 def cylinder(frame: Matrix, radius: float, half_height: float, paint: Paint) -> Solid:
-    """Return a cylinder around the y axis of a frame, given half its height."""
+    """Return a cylinder around the y axis of a pose, given half its height."""
     sizes = (radius, half_height, radius)
     return Solid(CYLINDER, frame @ scale(*sizes), sizes, paint)
 
 
 def blob(frame: Matrix, radii: Vector, phase: float, paint: Paint) -> Solid:
-    """Return a ball with a wavy surface around the origin of a frame; the phase is in turns."""
+    """Return an ellipsoid with a wavy surface, centered at a pose; the phase is in turns."""
     return Solid(BLOB, frame @ scale(*radii), radii, paint, phase)
 
 
 def capsule(start: Matrix, end: Matrix, radius: float, paint: Paint) -> Solid:
-    """Return a capsule between the origins of two frames."""
+    """Return a capsule whose axis connects the positions of two poses."""
     axis = end[:3, 3] - start[:3, 3]
     length = float(np.linalg.norm(axis))
     frame = translate(*(start[:3, 3] + axis / 2)) @ _rotate_y_to(axis / length)
@@ -115,7 +116,7 @@ def capsule(start: Matrix, end: Matrix, radius: float, paint: Paint) -> Solid:
 
 
 def _rotate_y_to(axis: NDArray[np.float64]) -> Matrix:
-    """Return a rotation that maps y to a unit vector."""
+    """Return a rotation that maps the y axis to a unit vector."""
     side = np.cross(axis, (0.0, 0.0, 1.0) if abs(axis[2]) < math.sqrt(0.5) else (1.0, 0.0, 0.0))
     side = side / np.linalg.norm(side)
     matrix = np.eye(4)

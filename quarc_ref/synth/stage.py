@@ -1,4 +1,4 @@
-"""A scene at one time as flat arrays for kernels."""
+"""A scene at a point in time, as flat arrays for kernels."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -18,12 +18,12 @@ class Stage(NamedTuple):
 
     Attributes:
         solids: `[S, 21]` bounding sphere of each solid (center, radius); matrix from the
-            world to the shape's space, row by row; shape and `Solid.parameter`; sizes.
-        groups: `[G, 6]` bounding sphere of each group; index of its first solid, and end
-            index (exclusive).
+            world to the shape's space, row by row; shape; `Solid.parameter`; sizes.
+        groups: `[G, 6]` bounding sphere of each group; index of its first solid; end index
+            (exclusive) of its solids.
         paints: `[S + 6, 14]` rows from `Paint.as_row`: paints of the solids, then of the room.
         room: `[6]` minimum and maximum x, y, z of the room.
-        lights: `[L, 15]` rectangular lamps: center, two half edges, color, unit normal.
+        lights: `[L, 15]` rectangular lamps: center, vectors of two half edges, color, unit normal.
         ambient: `[2, 3]` light from above and from below.
     """
 
@@ -40,7 +40,7 @@ class Room:
     """A room with its lamps and ambient light.
 
     Attributes:
-        faces: `[6]` faces, as in `Stage.room`.
+        faces: `[6]` positions of the faces, as in `Stage.room`.
         paints: Paints of the faces.
         lights: `[L, 15]` lamps, as in `Stage.lights`.
         ambient: `[2, 3]` ambient light, as in `Stage.ambient`.
@@ -53,7 +53,7 @@ class Room:
 
 
 def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
-    """Pack groups of solids in a room into flat arrays."""
+    """Pack a room and groups of solids into flat arrays."""
     solids = [solid for group in groups for solid in group]
     rows = np.stack([_pack_solid(solid) for solid in solids])
     stops = np.cumsum([len(group) for group in groups])
@@ -79,7 +79,7 @@ def _pack_solid(solid: Solid) -> Float64:
 
 
 def _bounding_sphere(spheres: Float64) -> Float64:
-    """Return `[4]` bounding sphere of spheres `[N, 4]`: center and radius."""
+    """Return the center and radius `[4]` of a sphere that contains the spheres `[N, 4]`."""
     low = (spheres[:, :3] - spheres[:, 3:]).min(axis=0)
     high = (spheres[:, :3] + spheres[:, 3:]).max(axis=0)
     center = (low + high) / 2

@@ -1,8 +1,8 @@
-"""Kernels for the patterns of surfaces, in linear RGB.
+"""Kernels that return the linear RGB colors of the patterns on surfaces.
 
-A spot describes a surface point in the space of the shape: the coordinates in meters, the
-coordinates in units of the shape, and the normal. Patterns have soft edges and no detail
-finer than about 2 cm, the size of a pixel at 160x120.
+A spot describes a surface point in the space of the shape by nine numbers: the coordinates in
+meters, the coordinates in units of the shape, and the normal. Patterns have soft edges and no
+detail finer than about 2 cm, the size of a pixel at 160x120.
 """
 
 # mypy: allow-untyped-defs
@@ -42,7 +42,7 @@ def evaluate_paint(paints, index, spot):
     Args:
         paints: `[P, 14]` rows from `Paint.as_row`.
         index: Index of the paint.
-        spot: Nine numbers: coordinates in meters, coordinates in units, normal.
+        spot: Spot on the surface, nine numbers.
     """
     pattern = int(paints[index, 13])
     paint = (
@@ -102,7 +102,7 @@ def _evaluate_picture_paint(pattern, paint, spot):
 
 @kernel
 def _project_to_face(spot):
-    """Return the two coordinates on the face of a box, in meters and in units of the shape."""
+    """Return two coordinates on the face of a box, first in meters, then in units of the shape."""
     if abs(spot[6]) > abs(spot[7]) and abs(spot[6]) > abs(spot[8]):
         return spot[2], spot[1], spot[5], spot[4]
     if abs(spot[7]) > abs(spot[8]):
@@ -129,7 +129,7 @@ def _paint_wood(paint, spot):
 
 @kernel
 def _select_band(x, share):
-    """Return 1 within a share of each unit period and 0 elsewhere, with soft edges."""
+    """Return 1 in a share of each period of length 1, and 0 elsewhere, with soft edges."""
     x = abs(x - math.floor(x) - 0.5)
     return 1 - ramp(x, share / 2 - 0.04, share / 2 + 0.04)
 
@@ -180,7 +180,7 @@ def _paint_crate(paint, spot):
 
 @kernel
 def _paint_block(paint, spot):
-    """Return the color of a toy block with a rim, and a disk, cross or ring on its faces."""
+    """Return the color of a toy block with a rim and a disk, cross or ring on each face."""
     first, second, third, _, _ = paint
     _, _, u, v = _project_to_face(spot)
     if max(abs(u), abs(v)) > 0.8:
@@ -207,7 +207,7 @@ def _paint_dots(paint, spot):
 
 @kernel
 def _paint_rings(paint, spot):
-    """Return the color of three rings around the y axis."""
+    """Return the color of a disk and two rings around the y axis."""
     first, second, third, _, _ = paint
     r = math.hypot(spot[3], spot[5])
     if r < 0.33:
@@ -217,7 +217,7 @@ def _paint_rings(paint, spot):
 
 @kernel
 def _paint_chest(paint, spot):
-    """Return the color of a body with a front panel and three buttons."""
+    """Return the color of the robot's body, with a round and a square button on a front panel."""
     first, second, third, _, _ = paint
     x, y = spot[3], spot[4]
     if spot[5] < 0 or max(abs(x), abs(y - 0.1)) > 0.5:

@@ -1,7 +1,8 @@
-"""Moving objects: ball, crate, blob, train and mobile.
+"""Moving objects: ball, crate, blob, mobile, balloon and train.
 
-Each function returns the solids at a time in seconds. Phases are in turns and depend on the
-seed. At 160x120, most objects move by 0.5 to 3 pixels per frame, and the ball by at most 7.
+Each function returns the solids of an object at a time in seconds. Phases are in turns and
+depend on the seed. At 160x120, most objects move by 0.5 to 3 pixels per frame, and the ball by
+at most 7.
 """
 
 import math
@@ -28,19 +29,19 @@ from quarc_ref.synth.solids import (
 _BALL_RADIUS = 0.2
 _BOUNCE_SECONDS = 0.66
 _BOUNCE_HEIGHT = 0.38
-_CONTACT_SHARE = 0.14  # share of a bounce during which the ball is deformed, before and after
+_CONTACT_SHARE = 0.14  # share of a bounce before and after the impact in which the ball is deformed
 _TRAIN_SPEED = 1.2
 _WAGON_LENGTH = 0.47
 _WHEEL_RADIUS = 0.065
 
 
 def wave(time: float, seconds: float, phase: float) -> float:
-    """Return the value of a sine wave with a period in seconds and a phase in turns."""
+    """Return the value of a sine wave, given its period in seconds and its phase in turns."""
     return math.sin(2 * math.pi * (time / seconds + phase))
 
 
 def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:
-    """Return a beach ball that bounces in front of the stage and deforms at impacts."""
+    """Return a bouncing beach ball, which is deformed when it hits the floor."""
     bounce_phase = (time / _BOUNCE_SECONDS + phase) % 1.0
     impact = max(0.0, 1 - (min(bounce_phase, 1 - bounce_phase) / _CONTACT_SHARE) ** 2) ** 2
     speed = abs(2 * bounce_phase - 1)
@@ -132,7 +133,7 @@ def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
 
 
 def make_balloon(time: float, palette: Palette) -> list[Solid]:
-    """Return a balloon that crosses the stage in half a second."""
+    """Return a balloon that crosses the stage in about half a second."""
     x = -3.4 + 6.8 * (time - 0.1) / 0.45
     frame = translate(min(max(x, -3.4), 3.4), 1.05 + 0.15 * wave(time, 0.5, 0.0), 0.55)
     drop = 0.0 if -3.4 < x < 3.4 else 6.0  # below the floor

@@ -1,8 +1,8 @@
-"""Kernels that find the first hit of rays, and test visibility between points.
+"""Kernels that find the first surface that a ray hits, and test visibility between points.
 
-All rays of a pixel are similar, and all rays to a lamp are similar. For such a bundle of rays,
-the solids whose bounding spheres the bundle can hit are listed once as candidates. Each ray
-is tested only against the candidates. The room is a box around all solids and casts no shadows.
+All rays of a pixel are similar, and so are all rays from a surface patch to a lamp. For such a
+bundle of rays, the solids whose bounding spheres it can hit are listed once as candidates. Each
+ray is tested only against the candidates. The room is a box around all solids and casts no shadows.
 """
 
 # mypy: allow-untyped-defs
@@ -44,15 +44,15 @@ def list_candidates(stage, candidates, start, start_radius, end, end_radius):
 
 @inlined_kernel
 def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_index):
-    """Return distance and index of the nearest hit of a candidate, or an earlier nearer hit.
+    """Return distance and index of the nearest hit, either of a candidate or an earlier one.
 
     Args:
         solids: Solids of the stage.
         candidates: `[S]` indices of the solids that the ray can hit.
         count: Number of candidates.
-        ray: Origin and direction of length 1, six numbers.
+        ray: Origin and unit direction of the ray, six numbers.
         nearest_distance: Distance of the nearest earlier hit.
-        nearest_index: Index of the surface of this hit.
+        nearest_index: Index of the surface that this earlier hit is on.
     """
     for j in range(count):
         i = candidates[j]
@@ -65,7 +65,7 @@ def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_i
 
 @inlined_kernel
 def is_occluded(solids, candidates, count, ray, limit):
-    """Return whether a candidate blocks a ray before a distance limit."""
+    """Return whether a candidate blocks a ray within a distance limit."""
     for j in range(count):
         i = candidates[j]
         if _intersects_sphere(solids, i, ray, limit) and _enter_solid(solids, i, ray) < limit:
@@ -75,7 +75,7 @@ def is_occluded(solids, candidates, count, ray, limit):
 
 @inlined_kernel
 def hit_wall(room, ray):
-    """Return distance and index of the wall that a ray from inside the room hits."""
+    """Return the distance and the index of the wall that a ray from inside the room hits."""
     x, x_face = _hit_wall_along(room, 0, ray[0], ray[3])
     y, y_face = _hit_wall_along(room, 2, ray[1], ray[4])
     z, z_face = _hit_wall_along(room, 4, ray[2], ray[5])
@@ -86,7 +86,7 @@ def hit_wall(room, ray):
 
 @inlined_kernel
 def to_shape_space(solids, i, x, y, z, homogeneous):
-    """Map a point (`homogeneous` 1) or a direction (`homogeneous` 0) to a solid's space."""
+    """Map a point (`homogeneous` is 1) or a direction (0) to the space of a solid's shape."""
     return (
         solids[i, 4] * x + solids[i, 5] * y + solids[i, 6] * z + solids[i, 7] * homogeneous,
         solids[i, 8] * x + solids[i, 9] * y + solids[i, 10] * z + solids[i, 11] * homogeneous,
@@ -120,7 +120,7 @@ def _intersects_cone(spheres, i, cone):
 
 @inlined_kernel
 def _intersects_sphere(spheres, i, ray, limit):
-    """Return whether a ray hits a sphere before a distance limit."""
+    """Return whether a ray hits a sphere within a distance limit."""
     x, y, z = spheres[i, 0] - ray[0], spheres[i, 1] - ray[1], spheres[i, 2] - ray[2]
     projection = x * ray[3] + y * ray[4] + z * ray[5]
     squared_distance_outside = x * x + y * y + z * z - spheres[i, 3] * spheres[i, 3]

@@ -1,4 +1,4 @@
-"""Renders pictures, depths and points of stages for cameras."""
+"""Renders pictures and depth ranges of a stage, and samples points on its surfaces."""
 
 from dataclasses import dataclass
 
@@ -19,7 +19,7 @@ class View:
     """A stage rendered for a camera.
 
     Attributes:
-        picture: `[H, W, 3]` sRGB.
+        picture: `[H, W, 3]` picture in sRGB, 8 bits.
         min_depth: Minimum depth, meters.
         max_depth: Maximum depth, meters.
     """
@@ -42,14 +42,14 @@ def trace_view(stage: Stage, camera: RigCamera) -> View:
 def trace_points(
     stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
 ) -> Points:
-    """Sample points on the surfaces that a camera sees, similar to points of SfM.
+    """Sample points on the surfaces that a camera sees, similar to the points of SfM.
 
     Args:
-        stage: The scene.
+        stage: The stage.
         camera: The camera that sees the points.
         picture: The camera's picture, from which the colors are taken.
-        count: Number of points; each point is seen at a random pixel.
-        generator: Random generator for pixels and for the noise of positions.
+        count: Number of points; each point is sampled at a random pixel.
+        generator: Random number generator for the pixels and for the noise of the positions.
     """
     rows = generator.integers(camera.height, size=count)
     columns = generator.integers(camera.width, size=count)
@@ -61,7 +61,7 @@ def trace_points(
 
 
 def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Blur along an axis, because a real lens blurs edges."""
+    """Blur along an axis to imitate a real lens."""
     left_weight, center_weight, right_weight = _LENS_BLUR
     padding = [(int(dimension == axis), int(dimension == axis)) for dimension in range(light.ndim)]
     padded = np.pad(light, padding, mode="edge")

@@ -1,4 +1,4 @@
-"""Variants of the ray-traced scene; each adds a difficulty of real captures."""
+"""Variants of the ray-traced scene, each of which adds a difficulty of real captures."""
 
 from dataclasses import dataclass
 
@@ -11,11 +11,11 @@ class Variant:
         summary: Short description for `--help` and tables.
         is_stage: Whether the scene shows only the robot in an empty hall; the robot covers a
             few percent of the pixels.
-        is_dark: Whether walls, floor and ceiling of the hall are black.
+        is_dark: Whether the walls, floor and ceiling of the hall are black.
         tempo: Speed of all motion relative to the playroom.
-        has_visitor: Whether a balloon enters from the left and leaves on the right.
-        camera_spread: Standard deviation of the logarithm of camera gains in linear light.
-            The standard deviation of color crosstalk is `camera_spread / 10`.
+        has_visitor: Whether a balloon flies through the scene from left to right.
+        camera_spread: Standard deviation of the logarithm of the cameras' gains in linear light.
+            The standard deviation of the crosstalk between colors is a tenth of this value.
     """
 
     summary: str

@@ -28,12 +28,12 @@ _POINTS = 8000
 def write_synthetic_capture(
     folder: Path, options: SynthOptions, progress: Callable[[int, int], None] | None = None
 ) -> None:
-    """Ray-trace a scene and write it in the layout of N3DV, with `cam00` for evaluation.
+    """Ray-trace a scene and write it in the layout of N3DV; the camera `cam00` is held out.
 
     Args:
         folder: Folder to create; it may exist if it is empty.
         options: Options of the capture.
-        progress: Called with the number of finished pictures and of all pictures.
+        progress: Called with the number of finished pictures and the number of all pictures.
 
     Raises:
         OutputPathError: The folder exists and is not empty.
@@ -45,7 +45,7 @@ def write_synthetic_capture(
 
 
 def _ignore_progress(done: int, total: int) -> None:
-    """Ignore progress."""
+    """Do nothing; used if the caller passes no progress function."""
 
 
 def fill_synthetic_capture(
@@ -80,7 +80,7 @@ def fill_synthetic_capture(
 def _find_points(
     stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
 ) -> Points:
-    """Sample points on the surfaces that the cameras see; all cameras get equally many points."""
+    """Sample points on the surfaces that the cameras see, the same number for each camera."""
     generator = make_generator(seed, "points")
     points_per_camera = -(-_POINTS // len(cameras))
     return join_points(

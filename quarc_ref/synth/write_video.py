@@ -1,6 +1,6 @@
-"""Writes the video of a synthetic camera reproducibly.
+"""Writes the video of a synthetic camera as reproducible bytes.
 
-x264 runs on one thread and without assembly, because with assembly about one run in several
+x264 runs on one thread and without assembly code. With assembly code, about one run in several
 hundred produces different bytes.
 """
 
@@ -21,8 +21,8 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
 
     Args:
         path: Path of the file; an existing file is replaced.
-        pictures: Pictures `[H, W, 3]`, sRGB.
-        options: Size and frame rate.
+        pictures: `[H, W, 3]` pictures in sRGB, 8 bits.
+        options: Options that give the size and the frame rate.
 
     Raises:
         OSError: FFmpeg has no H.264 encoder, or the file cannot be written.
