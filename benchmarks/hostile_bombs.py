@@ -4,7 +4,7 @@
 
 The conformance level of a stream limits its numbers of Gaussians and births. Its size does not,
 because a coded bit can cost almost nothing. Each stream is decoded in a separate process; times are
-processor times, without those of loading and compiling code.
+processor times, and exclude loading and compiling code.
 """
 
 import argparse

@@ -22,7 +22,7 @@ _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _DESCRIPTION = "Decodes mutated streams: each must result in frames or a rejection, within limits."
 _Block = tuple[int, int]
 _NUMBER_FILE_PREFIX = "at_"  # of files with the number of a process's current mutant
-_series: list[Series] = []  # the series of this worker process, at most one
+_process_series: list[Series] = []  # the series of this worker process, at most one
 
 
 def main() -> int:
@@ -111,9 +111,9 @@ def _prepare_process(arguments: argparse.Namespace) -> None:
     streams = _read_seeds(arguments.seeds)
     if arguments.structured:
         maker = StructuredMaker(arguments.series)
-        _series.append(Series(maker, lambda _number: judge.BOTH_ENGINES_MODE))
+        _process_series.append(Series(maker, lambda _number: judge.BOTH_ENGINES_MODE))
     else:
-        _series.append(Series(Mutator(streams, arguments.series)))
+        _process_series.append(Series(Mutator(streams, arguments.series)))
     judge.prepare(streams.values())
 
 
@@ -122,7 +122,7 @@ def _judge_block(block: _Block, failures: Path) -> Tally:
     number_path = failures / f"{_NUMBER_FILE_PREFIX}{os.getpid()}"
     with number_path.open("wb", buffering=0) as file:
         tally = judge_block(
-            _series[-1],
+            _process_series[-1],
             *block,
             failures,
             lambda number: os.pwrite(file.fileno(), b"%9d" % number, 0),
@@ -133,7 +133,10 @@ def _judge_block(block: _Block, failures: Path) -> Tally:
 
 def _judge_one(arguments: argparse.Namespace) -> int:
     _prepare_process(arguments)
-    mutant, mode = _series[-1].maker.make(arguments.only), _series[-1].choose_mode(arguments.only)
+    mutant, mode = (
+        _process_series[-1].maker.make(arguments.only),
+        _process_series[-1].choose_mode(arguments.only),
+    )
     verdict = judge.judge(mode, mutant.data, has_forged_crcs=mutant.has_forged_crcs)
     print(verdict.outcome, f"{verdict.seconds:.3f} s", mode, mutant, verdict.detail)
     return int(verdict.is_failure)

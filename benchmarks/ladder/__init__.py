@@ -1,4 +1,4 @@
-"""The code of `benchmarks/ladder.py`: fits a frame while more and more fields can change.
+"""The code of `benchmarks/ladder.py`: fits a frame with more and more free fields.
 
 stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floats ──────────┐
                                                                  │               ├──> judge

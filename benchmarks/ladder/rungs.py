@@ -12,8 +12,8 @@ class Rung:
         title: Title of the rung in the table.
         free: `anchors`, or the fields of individual Gaussians that can change: names of
             `UPDATE_FIELDS`, `deaths` and `SH rest`.
-        uses_canonical_rates: Whether translation and rotation, too, have the learning rates of
-            canonical training instead of those of motion.
+        uses_canonical_rates: Whether translation and rotation use the learning rates of canonical
+            training instead of those of motion.
         sh_rest_rate_factor: Factor for the learning rate of SH rest. In canonical training, that
             learning rate is 1/20 of the learning rate of SH DC.
     """

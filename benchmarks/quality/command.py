@@ -11,7 +11,7 @@ from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
 from quality.rows import Task, make_row
 from quality.subjects import (
-    TRACED,
+    DEFAULT_TRACED_NAMES,
     Subject,
     choose_held_out_sets,
     parse_traced_name,
@@ -189,9 +189,10 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     add(
         "--variants",
         type=_split_names,
-        default=list(TRACED),
+        default=list(DEFAULT_TRACED_NAMES),
         metavar="NAMES",
-        help=f"ray-traced captures VARIANT[-CAMERAS][-WxH],...; default: {','.join(TRACED)}",
+        help="ray-traced captures VARIANT[-CAMERAS][-WxH],...; default: "
+        f"{','.join(DEFAULT_TRACED_NAMES)}",
     )
     add(
         "--captures",

@@ -9,8 +9,8 @@ from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.synth.variants import VARIANTS
 from studies import write_status
 
-TRACED = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
-_CAPTURE_FRAMES = 40  # also if only frame 0 is encoded, as later frames show which pixels move
+DEFAULT_TRACED_NAMES = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
+_CAPTURE_FRAMES = 40  # needed even for frame 0 alone, to find the pixels that move
 _HELD_OUT_SET_COUNT = 4
 _MIN_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(

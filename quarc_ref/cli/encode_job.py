@@ -33,7 +33,7 @@ class EncodeJob:
         frames: Number of frames to encode; None for all.
         device: Value of `--device`.
         progress: Callback for the progress of every step.
-        warnings: Prints and collects findings about the capture.
+        findings: Prints and collects findings about the capture.
         should_check: Whether to check the capture before encoding.
         monitor: Receives every training step and every frame.
     """
@@ -44,7 +44,7 @@ class EncodeJob:
     frames: int | None
     device: str
     progress: "Progress"
-    warnings: FindingCollector
+    findings: FindingCollector
     should_check: bool
     monitor: "Monitor"
 
@@ -71,7 +71,7 @@ class EncodeJob:
             self.device,
             self.progress,
             checks=self.should_check,
-            report=self.warnings.add,
+            report=self.findings.add,
             monitor=self.monitor,
         )
 
@@ -146,7 +146,7 @@ def encode_to_joined_file(
         for segment in segment_list:
             folder.add(segment.file.name)
             folder.add(checkpoint_path(segment.file).name)
-        segments.encode_segments(segment_list, pool, job.progress, job.warnings.add)
+        segments.encode_segments(segment_list, pool, job.progress, job.findings.add)
         with open_output_file(target, force=write_mode.force, durable=True) as sink:
             segments.join_segments(segment_list, sink)
 

@@ -38,7 +38,7 @@ EXIT_USAGE = 2
 EXIT_FAILURE = 3
 _EXIT_SIGNAL_BASE = 128
 _SIGPIPE = 13  # not defined by `signal` on Windows
-_EXTRAS = {
+_EXTRA_BY_PACKAGE = {
     "gsplat": "gpu",
     "ray": "ray",
     "tensorboard": "tensorboard",
@@ -99,7 +99,7 @@ def _flush_or_discard(output: TextIO) -> None:
 
 
 def _suggest_extra(error: ImportError) -> str:
-    extra = _EXTRAS.get(error.name or "", "encode")
+    extra = _EXTRA_BY_PACKAGE.get(error.name or "", "encode")
     return (
         f"{error.name or error} cannot be imported; install it with: pip install "
         f"'quarc-ref[{extra}]'"

@@ -23,7 +23,7 @@ _SIDECAR_NAME = "depth.json"
 _SIDECAR_SCHEMA = "depth/1"
 
 
-def choose_kind(output: Path, *, depth: bool) -> OutputKind:
+def choose_output_kind(output: Path, *, depth: bool) -> OutputKind:
     """Choose the type of output from the suffix of the output path.
 
     Raises:

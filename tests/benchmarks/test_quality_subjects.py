@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quality.subjects import TRACED, choose_held_out_sets, parse_traced_name
+from quality.subjects import DEFAULT_TRACED_NAMES, choose_held_out_sets, parse_traced_name
 from quarc_ref.synth import SynthOptions
 from quarc_ref.synth.variants import VARIANTS
 
@@ -31,13 +31,13 @@ def test_too_few_cameras_are_rejected():
 
 
 def test_all_variants_are_traced_and_the_playroom_with_more_cameras_and_pixels():
-    options = [parse_traced_name(name) for name in TRACED]
+    options = [parse_traced_name(name) for name in DEFAULT_TRACED_NAMES]
 
     assert {option.variant for option in options} == set(VARIANTS)
     playrooms = [option for option in options if option.variant == "playroom"]
     assert {option.cameras + 1 for option in playrooms} == {4, 8, 13, 30}
     assert {(option.width, option.height) for option in playrooms} == {(160, 120), (640, 480)}
-    assert len(set(TRACED)) == len(TRACED)
+    assert len(set(DEFAULT_TRACED_NAMES)) == len(DEFAULT_TRACED_NAMES)
 
 
 def test_a_name_states_variant_cameras_and_size():

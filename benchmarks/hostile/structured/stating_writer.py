@@ -58,7 +58,7 @@ class StatingWriter:
         return bits
 
     def section(self) -> Section:
-        """Return the section with the written words."""
+        """Return the coded words as a section."""
         return Section(encode_bits(self._runs))
 
     def _choose_code(self) -> int | None:

@@ -26,7 +26,7 @@ from quarc_ref.inspection.wording import count_noun
 if TYPE_CHECKING:
     pass
 
-_FORMATS = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORT_FORMATS.values()) + "."
+_FORMAT_HELP = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORT_FORMATS.values()) + "."
 
 
 def _check_format(name: str | None) -> str | None:
@@ -54,7 +54,7 @@ def decode_frames(
         typer.Option(
             "--to",
             metavar="FORMAT",
-            help=_FORMATS,
+            help=_FORMAT_HELP,
             callback=_check_format,
             autocompletion=lambda: list(EXPORT_FORMATS),
             show_default="from PATH's suffix, else ply",

@@ -67,7 +67,7 @@ def encode(
     preset: Preset = "main",
     settings: Settings = None,
     list_settings: ListSettings = False,
-    version: FormatVersion = "1.1",
+    format_version: FormatVersion = "1.1",
     keyframe_interval: KeyframeInterval = None,
     snapshot_interval: SnapshotInterval = None,
     quality: QualityLevel = None,
@@ -99,8 +99,8 @@ def encode(
             require_segments({"--workers": workers is not None, "--ray": ray is not None})
         else:
             log_paths = {"--log-json": log_json, "--tensorboard": tensorboard}
-            has_logs = {option: path is not None for option, path in log_paths.items()}
-            reject_conflicts("--segments", {"--live": live, **has_logs})
+            is_log_given = {option: path is not None for option, path in log_paths.items()}
+            reject_conflicts("--segments", {"--live": live, **is_log_given})
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         setting_values = {
             "canonical.keyframe_interval": keyframe_interval,
@@ -109,7 +109,7 @@ def encode(
             "rd_lambda": rd_lambda,
             "target_kb_per_frame": target,
         }
-        config = _change_settings(preset, settings, setting_values, seed, version)
+        config = _change_settings(preset, settings, setting_values, seed, format_version)
         start_time, findings = time.monotonic(), FindingCollector()
         logs = LogOptions(log_json, tensorboard, keep=resume, force=force)
         with TerminalProgress(quiet=quiet) as progress, open_monitors(logs, progress) as monitor:
@@ -127,9 +127,8 @@ def encode(
             else:
                 _encode_whole(job, output, write_mode)
         if not to_pipe:
-            _print_result(
-                output, findings, round(time.monotonic() - start_time, 1), as_json=as_json
-            )
+            seconds = round(time.monotonic() - start_time, 1)
+            _print_result(output, findings, seconds, as_json=as_json)
 
 
 def _encode_whole(job: EncodeJob, output: Path, write_mode: WriteMode) -> None:
@@ -145,7 +144,7 @@ def _change_settings(
     settings: list[str] | None,
     setting_values: dict[str, float | None],
     seed: int,
-    version: str,
+    format_version: str,
 ) -> "EncoderConfig":
     """Return the settings of a preset, changed by `--set` and by options such as `--lambda`.
 
@@ -153,11 +152,11 @@ def _change_settings(
         UsageError: A setting does not exist, its value is not allowed, or format 1.0 does not
             support the value.
     """
-    if version == "1.0":
+    if format_version == "1.0":
         has_snapshot_interval = setting_values["canonical.snapshot_interval"] is not None
         reject_conflicts("--format 1.0", {"--snapshot-interval": has_snapshot_interval})
     version_settings = (
-        ["stream.updates=false", "canonical.snapshot_interval=0"] if version == "1.0" else []
+        ["stream.updates=false", "canonical.snapshot_interval=0"] if format_version == "1.0" else []
     )
     return make_config(
         preset, [*(settings or []), *format_settings(setting_values), *version_settings], seed

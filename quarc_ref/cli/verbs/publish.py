@@ -103,7 +103,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
 
 
 def _choose_iframe_size(camera: "Camera | None") -> tuple[int, int]:
-    """Return the size of the iframe in pixels: it contains a camera's picture and the controls."""
+    """Return the size in pixels of an iframe with a camera's picture and the controls."""
     from quarc_ref.viewing.outline import fit_height
 
     height = _IFRAME_HEIGHT if camera is None else fit_height(camera, _IFRAME_WIDTH)

@@ -12,7 +12,7 @@ from quarc_ref.cli.output import TerminalProgress, print_json, print_table
 from quarc_ref.cli.render_choices import choose_camera, choose_video_format, require_pixel_limit
 from quarc_ref.cli.render_output import (
     OutputKind,
-    choose_kind,
+    choose_output_kind,
     write_depths,
     write_pictures,
     write_video,
@@ -123,7 +123,7 @@ def render(
         from quarc_ref.viewing.outline import outline_stream
 
         frame_range = parse_frames(frames)
-        kind = to or choose_kind(output, depth=depth)
+        kind = to or choose_output_kind(output, depth=depth)
         _reject_conflicts(kind, depth, path, pixel_format, pictures)
         with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
