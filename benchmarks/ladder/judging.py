@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
-from quarc_ref.evaluation.color_correction import GAIN
+from quarc_ref.evaluation.color_correction import GAIN_CORRECTION
 from quarc_ref.evaluation.quality import average
-from quarc_ref.evaluation.regions import choose_frames, find_background
+from quarc_ref.evaluation.regions import choose_background_frames, find_background
 from quarc_ref.evaluation.views import measure_views
 from quarc_ref.format.cameras import Camera
 
@@ -29,7 +29,7 @@ class Judge:
     def __init__(self, capture: Capture, cameras: Sequence[Camera]) -> None:
         self._capture, self._cameras = capture, cameras
         self._groups = dict(zip(GROUP_NAMES, (capture.training, capture.held_out), strict=True))
-        frames = choose_frames(capture.frame_count)
+        frames = choose_background_frames(capture.frame_count)
         self._backgrounds = {
             index: find_background([capture.image(index, frame) for frame in frames])
             for index in (*capture.training, *capture.held_out)
@@ -47,7 +47,7 @@ class Judge:
         indices = self._groups[group]
         views = measure_views(splats, frame, self._cameras, self._capture, indices)
         measured = [
-            CameraMeter(self._backgrounds[index], GAIN).measure(view)
+            CameraMeter(self._backgrounds[index], GAIN_CORRECTION).measure(view)
             for index, view in zip(indices, views, strict=True)
         ]
         mean = average(measured)

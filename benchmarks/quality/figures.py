@@ -8,7 +8,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import Measures
-from quarc_ref.evaluation.color_correction import GAIN
+from quarc_ref.evaluation.color_correction import GAIN_CORRECTION
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.views import View
 from quarc_ref.format import container
@@ -40,7 +40,7 @@ def measure_stream(
     """
     summary = inspect_stream(data)
     held_out = CameraGroup(capture, summary.cameras, capture.held_out)
-    training = CameraGroup(capture, summary.cameras, capture.training, GAIN)
+    training = CameraGroup(capture, summary.cameras, capture.training, GAIN_CORRECTION)
     lpips_values = []
     for scene in decode(data):
         splats = dequantize(scene)

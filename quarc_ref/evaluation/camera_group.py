@@ -6,7 +6,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation import regions
 from quarc_ref.evaluation.camera_meter import VARIANTS, CameraMeter, Measures
-from quarc_ref.evaluation.color_correction import COLOR, Correction
+from quarc_ref.evaluation.color_correction import COLOR_CORRECTION, Correction
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.evaluation.quality import Quality
@@ -33,7 +33,7 @@ class CameraGroup:
         capture: Capture,
         cameras: Sequence[Camera],
         indices: Sequence[int],
-        correction: Correction = COLOR,
+        correction: Correction = COLOR_CORRECTION,
         lpips: Lpips | None = None,
     ) -> None:
         self._capture = capture
@@ -89,5 +89,5 @@ def find_background(capture: Capture, index: int) -> Picture | None:
     Raises:
         CaptureError: A picture cannot be read.
     """
-    frames = regions.choose_frames(capture.frame_count)
+    frames = regions.choose_background_frames(capture.frame_count)
     return regions.find_background([capture.image(index, frame) for frame in frames])

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from quarc_ref.evaluation.color_correction import CC_VARIANT, COLOR, Correction
+from quarc_ref.evaluation.color_correction import CC_VARIANT, COLOR_CORRECTION, Correction
 from quarc_ref.evaluation.metrics import (
     MASK_VARIANT,
     PSNR_VARIANT,
@@ -41,7 +41,9 @@ class CameraMeter:
         correction: Color correction; the names of corrected metrics contain its prefix.
     """
 
-    def __init__(self, background: Picture | None, correction: Correction = COLOR) -> None:
+    def __init__(
+        self, background: Picture | None, correction: Correction = COLOR_CORRECTION
+    ) -> None:
         self._background = background
         self._correction = correction
         self._previous: tuple[View, Mask] | None = None

@@ -40,9 +40,9 @@ def correct_color(picture: Picture, truth: Picture) -> Picture:
         truth: `[H, W, 3]` ground truth from 0 to 1.
     """
     colors, target = (image.reshape(-1, 3).astype(np.float64) for image in (picture, truth))
-    extended = np.column_stack((colors, np.ones(len(colors))))
-    affine, *_ = np.linalg.lstsq(extended.T @ extended, extended.T @ target)
-    return _clamp(extended @ affine, picture)
+    colors_and_ones = np.column_stack((colors, np.ones(len(colors))))
+    affine, *_ = np.linalg.lstsq(colors_and_ones.T @ colors_and_ones, colors_and_ones.T @ target)
+    return _clamp(colors_and_ones @ affine, picture)
 
 
 def correct_gain(picture: Picture, truth: Picture) -> Picture:
@@ -63,5 +63,5 @@ def _clamp(colors: NDArray[np.float64], picture: Picture) -> Picture:
     return clamped
 
 
-COLOR = Correction("cc", correct_color)
-GAIN = Correction("gain", correct_gain)
+COLOR_CORRECTION = Correction("cc", correct_color)
+GAIN_CORRECTION = Correction("gain", correct_gain)

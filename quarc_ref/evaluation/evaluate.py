@@ -75,17 +75,17 @@ def evaluate_stream(
     summary = inspect_stream(data, on_progress)
     capture = open_same_capture(summary, folder, other_capture=options.other_capture)
     frames = _list_frames(summary, options.span)
-    count = len(frames)
+    frame_count = len(frames)
     group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
     shown_views = []
     for index, scene in enumerate(decode(data, *options.span)):
         views = group.measure(dequantize(scene), scene.frame)
-        if index in {0, count // 2, count - 1}:
+        if index in {0, frame_count // 2, frame_count - 1}:
             shown_views.append(views[0])
-        on_progress("evaluate", index + 1, count)
+        on_progress("evaluate", index + 1, frame_count)
     encoded_from = summary.metadata.get("fingerprint")
     protocol = replace(
-        describe_protocol(capture, summary.cameras, count, summary.header.seed, encoded_from),
+        describe_protocol(capture, summary.cameras, frame_count, summary.header.seed, encoded_from),
         metrics=group.variants,
     )
     return Evaluation(summary, group.quality, frames, tuple(shown_views), protocol)

@@ -58,10 +58,10 @@ def measure_ssim(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
     first = np.ascontiguousarray(picture, dtype=np.float32).reshape(shape)
     second = np.ascontiguousarray(truth, dtype=np.float32).reshape(shape)
     ssim = np.empty_like(first)
-    gradients = np.empty((3, *first.shape), dtype=np.float32)
+    derivatives = np.empty((3, *first.shape), dtype=np.float32)
     moments = np.empty((2, *first.shape), dtype=np.float32)
     with KERNEL_LOCK:
         ssim_kernels.ssim_moments(second, moments)
-        ssim_kernels.ssim_forward(first, second, moments, ssim, gradients)
+        ssim_kernels.ssim_forward(first, second, moments, ssim, derivatives)
     values = ssim if mask is None else ssim.reshape(picture.shape)[mask]
     return float(values.mean(dtype=np.float64))

@@ -28,7 +28,7 @@ _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
 # maximum characters of a label and of a line of the legend; width of the mark before a label
 _MAX_LABEL_LENGTH, _MAX_LEGEND_LENGTH, _MARK_WIDTH = 40, 90, 6
 _DOTS_PER_INCH = 110
-_MIN_LOG_RATIO = 6  # ratio of the highest rate to the lowest
+_MIN_LOG_AXIS_RATIO = 6  # ratio of the highest rate to the lowest
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +51,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
         bottom_axes.bar(frames, sizes, bottom=stack_tops, color=_KIND_COLORS[kind], label=kind)
         stack_tops = stack_tops + sizes
     framing_sizes = [
-        _framing_kilobytes(frame.chunk_bytes, frame.coded_bytes) for frame in summary.frames
+        _compute_framing_kilobytes(frame.chunk_bytes, frame.coded_bytes) for frame in summary.frames
     ]
     bottom_axes.bar(frames, framing_sizes, bottom=stack_tops, color=_GRAY, label="overhead")
     bottom_axes.set_ylabel("KB, without canonical frames")
@@ -61,7 +61,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
     return _encode_png(figure)
 
 
-def plot_kinds(summary: StreamSummary) -> bytes:
+def plot_bytes_by_kind(summary: StreamSummary) -> bytes:
     """Return a PNG plot of the bytes by kind and the zero-order estimate of the same symbols."""
     figure, (axes,) = _make_figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
@@ -205,7 +205,7 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> by
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=axes is rows[-1])
     rates = [rate for curves in panels.values() for curve in curves.values() for rate in curve.x]
-    if max(rates) > _MIN_LOG_RATIO * min(rates) > 0:
+    if max(rates) > _MIN_LOG_AXIS_RATIO * min(rates) > 0:
         rows[-1].set_xscale("log")
         rows[-1].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         rows[-1].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
@@ -244,7 +244,7 @@ def encode_picture(picture: Picture) -> bytes:
     return buffer.getvalue()
 
 
-def _framing_kilobytes(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
+def _compute_framing_kilobytes(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
     return (
         0.0
         if coded_bytes["canonical"] or coded_bytes["snapshots"]

@@ -68,7 +68,7 @@ class Protocol:
             "metrics": self.metrics,
         }
 
-    def as_lines(self) -> dict[str, str]:
+    def as_texts(self) -> dict[str, str]:
         """Return the protocol as readable texts by name."""
         source_text = "this capture" if self.same_capture else self.encoded_from
         return {

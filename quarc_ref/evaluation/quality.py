@@ -46,7 +46,7 @@ class Quality:
         """`ssim_inria` of every frame, averaged over the cameras."""
         return self._list_frame_values("ssim")
 
-    def count_views(self) -> tuple[int, int]:
+    def count_equal_views(self) -> tuple[int, int]:
         """Return the number of views that equal the ground truth, and the number of all views."""
         psnr = [view["psnr"] for views in self.per_camera.values() for view in views]
         return psnr.count(MAX_DECIBELS), len(psnr)

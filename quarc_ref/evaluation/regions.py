@@ -13,25 +13,26 @@ from scipy.ndimage import binary_dilation
 
 from quarc_ref.evaluation.metrics import Mask, Picture
 
-_MIN_FRAMES = 3
-_MAX_FRAMES = 15
+_MIN_BACKGROUND_FRAMES = 3
+_MAX_BACKGROUND_FRAMES = 15
 _MIN_CHANGE = 15  # 8-bit levels: above the noise of cameras and codecs
-_MARGIN = 2  # pixels
+_MARGIN_PIXELS = 2
 MOVING_VARIANT = (
-    f"moving_*, static_*: a pixel is moving if any pixel at most {_MARGIN} pixels away differs "
-    f"from the background by more than {_MIN_CHANGE} 8-bit levels in any color, and static "
-    f"otherwise; the background is the median of at most {_MAX_FRAMES} frames of the camera, "
-    "evenly spread over the capture; color corrections are fitted to the whole picture"
+    "moving_*, static_*: a pixel is moving if any pixel at most "
+    f"{_MARGIN_PIXELS} pixels away differs from the background by more than {_MIN_CHANGE} 8-bit "
+    "levels in any color, and static otherwise; the background is the median of at most "
+    f"{_MAX_BACKGROUND_FRAMES} frames of the camera, evenly spread over the capture; color "
+    "corrections are fitted to the whole picture"
 )
 
 
-def choose_frames(frame_count: int) -> list[int]:
+def choose_background_frames(frame_count: int) -> list[int]:
     """Return the ascending ordinals of the frames whose median is the background.
 
     Args:
         frame_count: Number of frames of the capture.
     """
-    count = min(frame_count, _MAX_FRAMES)
+    count = min(frame_count, _MAX_BACKGROUND_FRAMES)
     frames: list[int] = np.linspace(0, frame_count - 1, count).round().astype(int).tolist()
     return frames
 
@@ -40,12 +41,12 @@ def find_background(pictures: Sequence[NDArray[np.uint8]]) -> Picture | None:
     """Return the `[H, W, 3]` median of pictures over time, in 8-bit levels.
 
     Args:
-        pictures: Pictures `[H, W, 3]` of the frames from `choose_frames`.
+        pictures: Pictures `[H, W, 3]` of the frames from `choose_background_frames`.
 
     Returns:
         The background; None for fewer than three pictures.
     """
-    if len(pictures) < _MIN_FRAMES:
+    if len(pictures) < _MIN_BACKGROUND_FRAMES:
         return None
     median: Picture = np.median(np.stack(pictures), axis=0).astype(np.float32)
     return median
@@ -64,6 +65,6 @@ def find_moving_region(
     is_moving = np.abs(picture - background).max(axis=2) > _MIN_CHANGE
     if mask is not None:
         is_moving &= mask
-    kernel_size = 2 * _MARGIN + 1
+    kernel_size = 2 * _MARGIN_PIXELS + 1
     dilated: Mask = binary_dilation(is_moving, np.ones((kernel_size, kernel_size), dtype=bool))
     return dilated

@@ -13,7 +13,7 @@ import numpy as np
 from quarc_ref.evaluation.evaluate import Evaluation
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT, Picture
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_lines, format_table
-from quarc_ref.evaluation.plots import Curve, encode_picture, plot_frames, plot_kinds
+from quarc_ref.evaluation.plots import Curve, encode_picture, plot_bytes_by_kind, plot_frames
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
 from quarc_ref.files import OutputFolder
@@ -34,10 +34,10 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
         "frames.png": plot_frames(
             evaluation.summary, Curve(evaluation.frames, evaluation.quality.psnr)
         ),
-        "bytes.png": plot_kinds(evaluation.summary),
+        "bytes.png": plot_bytes_by_kind(evaluation.summary),
     }
     for view in evaluation.shown_views:
-        for name, picture in _choose_pictures(view).items():
+        for name, picture in _make_pictures(view).items():
             pictures[_name_file(view, name)] = encode_picture(picture)
     for name, data in pictures.items():
         folder.write(name, data)
@@ -50,7 +50,7 @@ def _name_file(view: View, name: str) -> str:
     return f"{camera}_{view.frame:04}_{name}.png"
 
 
-def _choose_pictures(view: View) -> dict[str, Picture]:
+def _make_pictures(view: View) -> dict[str, Picture]:
     difference = np.abs(view.decoded - view.truth) * np.float32(DIFFERENCE_GAIN)
     return {"truth": view.truth, "decoded": view.decoded, "difference": difference}
 
@@ -72,7 +72,7 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
         "frames_plot": embed_png(pictures["frames.png"]),
         "kinds_plot": embed_png(pictures["bytes.png"]),
         "bytes_table": _compose_bytes(summary),
-        "protocol": format_lines(evaluation.protocol.as_lines()),
+        "protocol": format_lines(evaluation.protocol.as_texts()),
         "settings": format_lines(summary.metadata),
     }
     return fill_page(template, parts)

@@ -83,11 +83,11 @@ def _read_start(summary: StreamSummary) -> int:
     Raises:
         MismatchError: `start` in the stream's metadata is not a frame number.
     """
-    text = summary.metadata.get("start", "0")
-    if not re.fullmatch(r"[0-9]{1,9}", text):
-        message = f"the metadata 'start' of the stream is {text!r}, not a frame number"
+    start_text = summary.metadata.get("start", "0")
+    if not re.fullmatch(r"[0-9]{1,9}", start_text):
+        message = f"the metadata 'start' of the stream is {start_text!r}, not a frame number"
         raise MismatchError(message)
-    return int(text)
+    return int(start_text)
 
 
 def _require_equal(

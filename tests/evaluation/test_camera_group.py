@@ -4,7 +4,7 @@ import pytest
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import CameraMeter
-from quarc_ref.evaluation.color_correction import GAIN
+from quarc_ref.evaluation.color_correction import GAIN_CORRECTION
 from quarc_ref.evaluation.regions import find_background
 from quarc_ref.streams import decode
 
@@ -31,7 +31,7 @@ def test_each_camera_is_measured_against_its_own_background(capture, scenes):
 
 
 def test_training_cameras_can_be_measured_too_with_another_correction(capture, scenes):
-    group = CameraGroup(capture, capture.cameras, capture.training, GAIN)
+    group = CameraGroup(capture, capture.cameras, capture.training, GAIN_CORRECTION)
     _measure_frames(group, scenes)
 
     assert set(group.quality.per_camera) == {"cam00", "cam03"}

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.evaluation.camera_meter import VARIANTS, CameraMeter
-from quarc_ref.evaluation.color_correction import GAIN
+from quarc_ref.evaluation.color_correction import GAIN_CORRECTION
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.regions import find_background
 from quarc_ref.evaluation.views import make_view
@@ -73,7 +73,7 @@ def test_another_exposure_is_corrected_in_both_regions():
 
 
 def test_figures_after_a_correction_have_its_name():
-    metrics = _measure_last({4: 0.8 * _make_video()[4]}, GAIN)
+    metrics = _measure_last({4: 0.8 * _make_video()[4]}, GAIN_CORRECTION)
 
     assert metrics["gain_psnr"] > 80
     assert metrics["moving_gain_psnr"] > 80

@@ -4,7 +4,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from quarc_ref.evaluation.color_correction import COLOR, GAIN, correct_color, correct_gain
+from quarc_ref.evaluation.color_correction import (
+    COLOR_CORRECTION,
+    GAIN_CORRECTION,
+    correct_color,
+    correct_gain,
+)
 from quarc_ref.evaluation.metrics import MAX_DECIBELS, measure_psnr
 
 PICTURES = arrays(np.float32, (4, 5, 3), elements=st.floats(0, 1, width=32))
@@ -67,7 +72,7 @@ def test_a_black_picture_is_corrected_without_error(correct):
 
 
 def test_a_correction_is_named_after_what_it_does():
-    assert (COLOR.prefix, GAIN.prefix) == ("cc", "gain")
+    assert (COLOR_CORRECTION.prefix, GAIN_CORRECTION.prefix) == ("cc", "gain")
     picture, truth = _make_truth(1), _make_truth(2)
-    assert np.array_equal(COLOR.apply(picture, truth), correct_color(picture, truth))
-    assert np.array_equal(GAIN.apply(picture, truth), correct_gain(picture, truth))
+    assert np.array_equal(COLOR_CORRECTION.apply(picture, truth), correct_color(picture, truth))
+    assert np.array_equal(GAIN_CORRECTION.apply(picture, truth), correct_gain(picture, truth))

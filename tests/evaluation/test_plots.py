@@ -8,7 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from quarc_ref.evaluation.plots import Curve, encode_picture, plot_frames, plot_kinds, plot_spreads
+from quarc_ref.evaluation.plots import (
+    Curve,
+    encode_picture,
+    plot_bytes_by_kind,
+    plot_frames,
+    plot_spreads,
+)
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.small_streams import make_stream
 
@@ -39,7 +45,7 @@ def test_streams_of_any_length_can_be_plotted(frame_count):
 
     for plot in (
         plot_frames(summary, Curve(range(frame_count), [30.0] * frame_count)),
-        plot_kinds(summary),
+        plot_bytes_by_kind(summary),
     ):
         picture = _read_png(plot)
         assert picture.shape[1] == 880

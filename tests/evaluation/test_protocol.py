@@ -43,7 +43,7 @@ def test_the_capture_that_a_stream_names_is_compared(folder, capture):
     measured = evaluate_stream(data, folder, ignore_progress).protocol
 
     assert measured.encoded_from == capture.fingerprint
-    assert measured.as_lines()["encoded from"] == "this capture"
+    assert measured.as_texts()["encoded from"] == "this capture"
     assert measured.same_capture is True
 
 
@@ -60,14 +60,14 @@ def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture
         capture.fingerprint,
         "f" * 64,
     )
-    assert measured.encoded_from == measured.as_lines()["encoded from"] == "f" * 64
+    assert measured.encoded_from == measured.as_texts()["encoded from"] == "f" * 64
     assert measured.same_capture is False
 
 
 def test_a_stream_that_names_no_capture_is_reported(capture):
     protocol = describe_protocol(capture, capture.cameras, 4, 0, None)
 
-    assert protocol.as_lines()["encoded from"] == "unknown: the stream has no fingerprint"
+    assert protocol.as_texts()["encoded from"] == "unknown: the stream has no fingerprint"
     assert protocol.same_capture is None
 
 

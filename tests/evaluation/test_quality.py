@@ -53,7 +53,7 @@ def test_json_has_means_and_every_frame():
     )
     printed = json.loads(json.dumps(quality.as_json(), allow_nan=False))
 
-    assert quality.count_views() == (1, 2)
+    assert quality.count_equal_views() == (1, 2)
     assert printed["psnr_per_frame"] == [100.0, 30.0]
     assert printed["psnr"] == 65
     assert printed["quality"]["mean"]["moving_psnr"] == 1

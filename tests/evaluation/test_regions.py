@@ -4,7 +4,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from quarc_ref.evaluation.regions import choose_frames, find_background, find_moving_region
+from quarc_ref.evaluation.regions import (
+    choose_background_frames,
+    find_background,
+    find_moving_region,
+)
 
 PICTURES = arrays(np.uint8, (6, 7, 3))
 
@@ -23,7 +27,7 @@ def _make_video(frame_count, step=6, side=4):
 
 @given(count=st.integers(1, 500))
 def test_the_frames_of_the_median_are_few_and_spread_over_the_capture(count):
-    frames = choose_frames(count)
+    frames = choose_background_frames(count)
     gaps = np.diff(frames)
 
     assert len(frames) == min(count, 15)

@@ -13,7 +13,7 @@ from itertools import pairwise
 from quarc_ref.inspection.wording import count_noun
 
 MIN_POINTS = 4
-_METHOD = "akima"
+_INTERPOLATION = "akima"
 
 Curve = Sequence[tuple[float, float]]  # rate and quality of each operating point
 
@@ -58,8 +58,10 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
     arguments = (*zip(*reference_points, strict=True), *zip(*curve_points, strict=True))
     with warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always")
-        rate = float(bjontegaard.bd_rate(*arguments, _METHOD, require_matching_points=False))
-        quality = float(bjontegaard.bd_psnr(*arguments, _METHOD, require_matching_points=False))
+        rate = float(bjontegaard.bd_rate(*arguments, _INTERPOLATION, require_matching_points=False))
+        quality = float(
+            bjontegaard.bd_psnr(*arguments, _INTERPOLATION, require_matching_points=False)
+        )
     remarks = dict.fromkeys(
         str(warning.message).partition(" You can")[0] for warning in caught_warnings
     )

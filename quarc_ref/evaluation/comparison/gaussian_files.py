@@ -5,7 +5,7 @@ from pathlib import Path
 
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
-from quarc_ref.evaluation.comparison.numbered_files import number_files
+from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
@@ -22,7 +22,7 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
         EntryError: Two files have the same frame number, or there are no files.
         OSError: The folder cannot be read.
     """
-    files = number_files([folder] if folder.is_file() else folder.glob("*.ply"), folder)
+    files = sort_by_frame_number([folder] if folder.is_file() else folder.glob("*.ply"), folder)
     byte_count = sum(path.stat().st_size for path in files.values())
     info = EntryInfo("PLY per frame", tuple(files), byte_count)
     return SplatEntry(label, info, lambda frame: _read_ply(files[frame]))

@@ -99,9 +99,9 @@ def measure_entries(
     frames = _choose_frames(inputs, span)
     entries = inputs.entries if inputs.capture else inputs.entries[1:]
     meter = _EntryMeter(inputs, entries, frames, lpips)
-    for frame_number, frame in enumerate(frames, start=1):
+    for measured_count, frame in enumerate(frames, start=1):
         meter.measure(frame)
-        on_progress("compare", frame_number, len(frames))
+        on_progress("compare", measured_count, len(frames))
     if inputs.capture is None:
         truth = f"the renders of {inputs.entries[0].label}"
     else:
@@ -139,7 +139,7 @@ class _EntryMeter:
 
     def measure(self, frame: int) -> None:
         """Render and measure a frame of every entry."""
-        truths = dict(_load_truth(self._inputs, frame))
+        truths = dict(_load_truths(self._inputs, frame))
         renderings = [entry.render(frame, self._inputs.cameras) for entry in self._entries]
         for name, (image, truth, mask) in truths.items():
             views = [
@@ -166,7 +166,7 @@ class _EntryMeter:
         ]
 
 
-def _load_truth(
+def _load_truths(
     inputs: ComparisonInputs, frame: int
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
     """Yield each camera's name and ground truth: its 8-bit levels, its floats, and its mask.

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from quarc_ref.evaluation.comparison.measure import ComparedView, Comparison
-from quarc_ref.evaluation.comparison.summary import Point, Summary, average_cameras
+from quarc_ref.evaluation.comparison.summary import OperatingPoint, Summary, average_cameras
 from quarc_ref.evaluation.comparison.tables import (
     describe_equal_views,
     format_delta_rows,
@@ -65,7 +65,7 @@ def _compose_page(
     ]
     plots = _plot_rates(summary) + _plot_frames(comparison, labels)
     parts = {
-        "title": html.escape(", ".join(_name_methods(summary))),
+        "title": html.escape(", ".join(_list_methods(summary))),
         "subtitle": html.escape(_describe_comparison(comparison)),
         "data": json.dumps({"entries": [_TRUTH_LABEL, *labels], "views": views}).replace(
             "<", "\\u003c"
@@ -81,7 +81,7 @@ def _compose_page(
     return fill_page(template, parts)
 
 
-def _name_methods(summary: Summary) -> list[str]:
+def _list_methods(summary: Summary) -> list[str]:
     return list(dict.fromkeys(point.label.method for point in summary.points))
 
 
@@ -123,7 +123,7 @@ def _plot_rates(summary: Summary) -> list[str]:
     return [_format_plot(picture, "Quality against bytes per frame")]
 
 
-def _build_curves(points: Iterable[Point], metric: str) -> Iterable[tuple[str, Curve]]:
+def _build_curves(points: Iterable[OperatingPoint], metric: str) -> Iterable[tuple[str, Curve]]:
     points_by_method: dict[str, list[tuple[float, float]]] = {}
     for point in points:
         quality, rate = point.metrics.get(metric), point.kilobytes_per_frame

@@ -11,7 +11,7 @@ import numpy as np
 
 from quarc_ref.datasets.video import read_still
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
-from quarc_ref.evaluation.comparison.numbered_files import number_files
+from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.format.cameras import Camera
 
@@ -69,14 +69,16 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
     """Return the picture files by camera, then by frame."""
     folder_pictures = _find_pictures(folder)
     if folder_pictures and len(cameras) == 1:
-        return {name: number_files(folder_pictures, folder) for name in cameras}
+        return {name: sort_by_frame_number(folder_pictures, folder) for name in cameras}
     subfolder_pictures = {
         subfolder.name: _find_pictures(subfolder)
         for subfolder in folder.iterdir()
         if subfolder.is_dir()
     }
     if not folder_pictures and set(cameras) <= set(subfolder_pictures):
-        return {name: number_files(subfolder_pictures[name], folder / name) for name in cameras}
+        return {
+            name: sort_by_frame_number(subfolder_pictures[name], folder / name) for name in cameras
+        }
     stems = {path.stem for pictures in subfolder_pictures.values() for path in pictures}
     if not folder_pictures and set(cameras) <= stems:
         return {name: _list_by_frame(folder, subfolder_pictures, name) for name in cameras}
@@ -100,7 +102,7 @@ def _list_by_frame(
     }
     return {
         frame: picture_by_folder[subfolder]
-        for frame, subfolder in number_files(picture_by_folder, folder).items()
+        for frame, subfolder in sort_by_frame_number(picture_by_folder, folder).items()
     }
 
 

@@ -44,7 +44,7 @@ class PairedDifference:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Point:
+class OperatingPoint:
     """An operating point of a method.
 
     Attributes:
@@ -95,7 +95,7 @@ class Summary:
             has only one.
     """
 
-    points: list[Point]
+    points: list[OperatingPoint]
     reference: str | None
     deltas: list[MethodDelta]
 
@@ -133,16 +133,16 @@ def _make_point(
     runs: Sequence[MeasuredEntry],
     reference_runs: Sequence[MeasuredEntry] | None,
     frames_per_second: float,
-) -> Point:
+) -> OperatingPoint:
     means = [run.quality.mean() for run in runs]
     sizes = [run.info.byte_count for run in runs]
-    per_frame = [
+    kilobytes_per_frame = [
         size / len(run.info.frames) / KILOBYTE
         for run, size in zip(runs, sizes, strict=True)
         if size is not None
     ]
-    rate = compute_optional_spread(per_frame)
-    return Point(
+    rate = compute_optional_spread(kilobytes_per_frame)
+    return OperatingPoint(
         label,
         runs[0].info.kind,
         len(runs),
@@ -150,7 +150,7 @@ def _make_point(
         compute_optional_spread([size for size in sizes if size is not None]),
         rate,
         None if rate is None else rate.mean * KILOBYTE * 8 * frames_per_second / _MEGABIT,
-        None if reference_runs is None else pair_views(runs, reference_runs),
+        None if reference_runs is None else compute_paired_difference(runs, reference_runs),
     )
 
 
@@ -164,7 +164,7 @@ def compute_spread(numbers: Sequence[float]) -> Spread:
     return Spread(fmean(numbers), stdev(numbers) if len(numbers) > 1 else None)
 
 
-def pair_views(
+def compute_paired_difference(
     runs: Sequence[MeasuredEntry], reference_runs: Sequence[MeasuredEntry]
 ) -> PairedDifference:
     """Return the PSNR differences between the views of two points, averaged over their runs."""
@@ -201,7 +201,7 @@ def _list_values(rows: Iterable[Measures], name: str) -> list[float]:
     return [value for row in rows if (value := row[name]) is not None]
 
 
-def _build_curve(points: Sequence[Point], method: str, metric: str) -> Curve:
+def _build_curve(points: Sequence[OperatingPoint], method: str, metric: str) -> Curve:
     """Return rate and quality of a method's points, without points whose rate is unknown."""
     return [
         (point.kilobytes_per_frame.mean, quality.mean)
@@ -212,7 +212,9 @@ def _build_curve(points: Sequence[Point], method: str, metric: str) -> Curve:
     ]
 
 
-def _compare_methods(points: Sequence[Point], reference: str, method: str, metric: str) -> Delta:
+def _compare_methods(
+    points: Sequence[OperatingPoint], reference: str, method: str, metric: str
+) -> Delta:
     return compare_curves(
         _build_curve(points, reference, metric), _build_curve(points, method, metric)
     )

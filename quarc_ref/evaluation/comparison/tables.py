@@ -8,7 +8,7 @@ from dataclasses import asdict
 
 from quarc_ref.evaluation.comparison.bd_rate import Delta
 from quarc_ref.evaluation.comparison.measure import Comparison
-from quarc_ref.evaluation.comparison.summary import Point, Spread, Summary
+from quarc_ref.evaluation.comparison.summary import OperatingPoint, Spread, Summary
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 _MISSING = "-"
@@ -60,7 +60,7 @@ def describe_equal_views(comparison: Comparison) -> list[str]:
     """Return a remark for each entry that has views equal to the ground truth."""
     remarks = []
     for entry in comparison.measured:
-        equal_count, view_count = entry.quality.count_views()
+        equal_count, view_count = entry.quality.count_equal_views()
         if equal_count:
             remarks.append(
                 f"{entry.label}: {equal_count} of {view_count} views equal the truth; each counts "
@@ -127,7 +127,7 @@ def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
     }
 
 
-def _format_point_row(point: Point) -> list[str]:
+def _format_point_row(point: OperatingPoint) -> list[str]:
     metrics = [
         format_spread(point.metrics[name], format_spec)
         for _, name, format_spec in METRIC_COLUMNS
@@ -174,7 +174,7 @@ def _format_percent(delta: Delta) -> str:
     return _MISSING if delta.rate is None else f"{delta.rate:+.1f} %"
 
 
-def _point_as_json(point: Point) -> dict[str, object]:
+def _point_as_json(point: OperatingPoint) -> dict[str, object]:
     return {
         "method": point.label.method,
         "point": point.label.point,
