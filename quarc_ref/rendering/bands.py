@@ -14,16 +14,16 @@ import numpy as np
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.pipeline import (
+    bin_band,
     composite,
     count_pairs,
-    list_pairs,
     make_blank_rows,
     make_full_band,
 )
 from quarc_ref.rendering.pipeline_data import Band, Int32, Picture, Projection
 
-BAND_PIXELS = 1 << 21  # of 16 bytes each; a band has at least one row of tiles
-SLICE_PAIRS = 1 << 21  # of 16 bytes each; a slice has at least one Gaussian
+MAX_BAND_PIXELS = 1 << 21  # of 16 bytes each; a band has at least one row of tiles
+MAX_SLICE_PAIRS = 1 << 21  # of 16 bytes each; a slice has at least one Gaussian
 
 
 def render_band_pictures(sorted_projection: Projection, camera: Camera) -> Iterator[Picture]:
@@ -37,9 +37,9 @@ def render_band_pictures(sorted_projection: Projection, camera: Camera) -> Itera
         The rows of the picture, band by band.
     """
     full_band = make_full_band(camera)
-    step = max(1, BAND_PIXELS // (TILE * TILE * full_band.columns))
-    for top in range(0, full_band.bottom, step):
-        band = full_band._replace(top=top, bottom=min(top + step, full_band.bottom))
+    band_height = max(1, MAX_BAND_PIXELS // (TILE * TILE * full_band.columns))
+    for top in range(0, full_band.bottom, band_height):
+        band = full_band._replace(top=top, bottom=min(top + band_height, full_band.bottom))
         picture = make_blank_rows(camera, band.top * TILE, min(band.bottom * TILE, camera.height))
         _render_band(sorted_projection, band, picture)
         yield picture
@@ -50,22 +50,22 @@ def _render_band(sorted_projection: Projection, band: Band, picture: Picture) ->
     black = np.zeros(3, dtype=np.float32)
     for rows in _cut_slices(counts):
         slice_projection, pairs = sorted_projection.take(rows), counts[rows]
-        tiles = list_pairs(slice_projection, np.arange(pairs.size, dtype=np.int32), band, pairs)
+        tiles = bin_band(slice_projection, np.arange(pairs.size, dtype=np.int32), band, pairs)
         composite(slice_projection, tiles, black, picture, is_continuation=True)
         if (picture.transmittance < 0).all():
             break
 
 
 def _cut_slices(counts: Int32) -> Iterator[slice]:
-    """Yield slices of at most `SLICE_PAIRS` pairs; only a slice of one Gaussian may have more.
+    """Yield slices of at most `MAX_SLICE_PAIRS` pairs; only a slice of one Gaussian may have more.
 
     Args:
         counts: `[N]` numbers of pairs of the Gaussians.
     """
-    totals = np.cumsum(counts, dtype=np.int64)
+    cumulative_pairs = np.cumsum(counts, dtype=np.int64)
     start = listed_pairs = 0
     while start < counts.size:
-        stop = int(np.searchsorted(totals, listed_pairs + SLICE_PAIRS, side="right"))
+        stop = int(np.searchsorted(cumulative_pairs, listed_pairs + MAX_SLICE_PAIRS, side="right"))
         stop = max(start + 1, stop)
         yield slice(start, stop)
-        start, listed_pairs = stop, int(totals[stop - 1])
+        start, listed_pairs = stop, int(cumulative_pairs[stop - 1])

@@ -19,8 +19,8 @@ import numpy as np
 from quarc_ref.rendering.compiled import entry_kernel, kernel, parallel_kernel
 
 TILE = 16
-_RADIX_BITS = 11
-_RADIX = 1 << _RADIX_BITS
+_DIGIT_BITS = 11
+_BUCKET_COUNT = 1 << _DIGIT_BITS
 _0 = np.float32(0)
 _1 = np.float32(1)
 _2 = np.float32(2)
@@ -34,13 +34,13 @@ def sort_by_depth(depths, max_exponents):
     order = np.flatnonzero(max_exponents > _0).astype(np.int32)
     keys = depths[order].view(np.uint32)
     spare_order, spare_keys = np.empty_like(order), np.empty_like(keys)
-    for shift in (0, _RADIX_BITS, 2 * _RADIX_BITS):
-        starts = np.zeros(_RADIX + 1, dtype=np.int64)
+    for shift in (0, _DIGIT_BITS, 2 * _DIGIT_BITS):
+        starts = np.zeros(_BUCKET_COUNT + 1, dtype=np.int64)
         for key in keys:
-            starts[((key >> np.uint32(shift)) & np.uint32(_RADIX - 1)) + 1] += 1
+            starts[((key >> np.uint32(shift)) & np.uint32(_BUCKET_COUNT - 1)) + 1] += 1
         starts = np.cumsum(starts)
         for index in range(keys.size):
-            digit = (keys[index] >> np.uint32(shift)) & np.uint32(_RADIX - 1)
+            digit = (keys[index] >> np.uint32(shift)) & np.uint32(_BUCKET_COUNT - 1)
             position = starts[digit]
             starts[digit] += 1
             spare_order[position], spare_keys[position] = order[index], keys[index]
@@ -68,7 +68,7 @@ def _compute_ellipse(i, means2d, conics, max_exponents):
 
 
 @kernel
-def _ellipse_extent(
+def _compute_extent(
     b, inverse, limit, det, half_extent, other_half_extent, turning_point, low, high
 ):
     """Return the extent of an ellipse along one axis within a range of the other axis.
@@ -113,7 +113,7 @@ def _find_tile_columns(row, ellipse, columns):
     """Return first and end column (exclusive) of the tiles in a row that an ellipse intersects."""
     x, y, b, inverse_a, inverse_c, limit_a, _, det, width, height = ellipse
     low = np.float32(row * TILE) + _HALF - y
-    begin, end = _ellipse_extent(
+    begin, end = _compute_extent(
         b, inverse_a, limit_a, det, width, height, -b * inverse_c * width, low, low + _LAST_PIXEL
     )
     if not begin <= end:
@@ -128,7 +128,7 @@ def _find_pixel_rows(row, column, ellipse):
     """Return the first and the end pixel row (exclusive) that an ellipse intersects in a tile."""
     x, y, b, inverse_a, inverse_c, _, limit_c, det, width, height = ellipse
     low = np.float32(column * TILE) + _HALF - x
-    begin, end = _ellipse_extent(
+    begin, end = _compute_extent(
         b, inverse_c, limit_c, det, height, width, -b * inverse_a * height, low, low + _LAST_PIXEL
     )
     if not begin <= end:

@@ -15,8 +15,8 @@ from quarc_ref.rendering.compiled import fused_kernel, kernel, parallel_kernel
 from quarc_ref.rendering.raster_kernels import (
     MAX_ALPHA,
     OPACITY_CHECK_INTERVAL,
-    blend_weight,
     choose_scatter_stride,
+    compute_blend,
     is_tile_opaque,
 )
 
@@ -27,7 +27,7 @@ _HALF = np.float32(0.5)
 
 
 @fused_kernel
-def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
+def _blend_fixed_gaussian(rows, first, last, dx, dy, conic, opacity, color):
     """Blend a Gaussian that needs no gradients into rows of a tile."""
     a, b, c = conic
     r, g, b_ = color
@@ -40,7 +40,7 @@ def _skip_gaussian(rows, first, last, dx, dy, conic, opacity, color):
             t, remaining = row[x], row[TILE + x]
             colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
             value = colors + row[5 * TILE + x]
-            _, _, w, row[x] = blend_weight((a * d + linear) * d + constant, opacity, t)
+            _, _, w, row[x] = compute_blend((a * d + linear) * d + constant, opacity, t)
             row[TILE + x] = remaining - w * value
 
 
@@ -73,7 +73,7 @@ def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
             g_red, g_green, g_blue = row[2 * TILE + x], row[3 * TILE + x], row[4 * TILE + x]
             value = r * g_red + g * g_green + b_ * g_blue + row[5 * TILE + x]
             s = (a * d + linear) * d + constant
-            alpha, is_blended, w, row[x] = blend_weight(s, opacity, t)
+            alpha, is_blended, w, row[x] = compute_blend(s, opacity, t)
             remaining = remaining - w * value
             row[TILE + x] = remaining
             # q is the gradient of the exponent; the gradient of alpha is t value - remaining /
@@ -90,7 +90,7 @@ def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
 
 
 @fused_kernel
-def _sum_gradients(lanes, dx, conic, opacity, pair):
+def _finish_gradients(lanes, dx, conic, opacity, pair):
     """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
     for x in range(TILE):
@@ -139,11 +139,11 @@ def _composite_backward(
         color = colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
         if i < fixed_count:
-            _skip_gaussian(rows, first, last, dx, dy, conic, opacities[i], color)
+            _blend_fixed_gaussian(rows, first, last, dx, dy, conic, opacities[i], color)
         else:
             lanes[:] = _0
             _add_gradients(rows, first, last, dx, dy, conic, opacities[i], color, lanes)
-            _sum_gradients(lanes, dx, conic, opacities[i], pairs[k])
+            _finish_gradients(lanes, dx, conic, opacities[i], pairs[k])
 
 
 @kernel
@@ -169,9 +169,9 @@ def raster_backward(
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
     pairs = np.empty((lists.size, 9), dtype=np.float32)
-    step = choose_scatter_stride(tile_ids.size)
+    stride = choose_scatter_stride(tile_ids.size)
     for index in numba.prange(tile_ids.size):
-        tile = index * step % tile_ids.size
+        tile = index * stride % tile_ids.size
         row, column = tile_ids[tile] // tiles_x * TILE, tile_ids[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 6 * TILE), dtype=np.float32)
         for y in range(min(TILE, height - row)):
@@ -193,7 +193,7 @@ def raster_backward(
 
 
 @parallel_kernel
-def gather_pairs(pairs, starts, pair_positions, g_means2d, g_conics, g_colors, g_opacities):
+def sum_pair_gradients(pairs, starts, pair_positions, g_means2d, g_conics, g_colors, g_opacities):
     """Sum the gradients of each Gaussian's pairs in the order of its tiles."""
     for i in numba.prange(g_opacities.size):
         total = np.zeros(9, dtype=np.float32)

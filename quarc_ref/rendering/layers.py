@@ -62,7 +62,7 @@ def join_layer(
 
     Returns:
         The projection of all Gaussians, and the tiles that added Gaussians intersect. Depths,
-        maximum exponents and radii of the projection, and `starts` and `pair_positions` of the
+        maximum exponents and radii of the projection, and `pair_starts` and `pair_positions` of the
         tiles, contain only added Gaussians.
     """
     fixed = layer.projection
@@ -77,15 +77,16 @@ def join_layer(
     )
     with KERNEL_LOCK:
         tile_ids, list_starts, lists, rows, merged_positions = merging_kernels.merge_tiles(
-            layer.tiles.list_starts, layer.tiles.lists, layer.tiles.rows, fixed.depths,
-            added_tiles.list_starts, added_tiles.lists, added_tiles.rows, added_projection.depths,
+            layer.tiles.list_starts, layer.tiles.lists, layer.tiles.pixel_rows, fixed.depths,
+            added_tiles.list_starts, added_tiles.lists, added_tiles.pixel_rows,
+            added_projection.depths,
         )  # fmt: skip
     merged_tiles = Tiles(
         tile_ids,
         list_starts,
         lists,
         rows,
-        added_tiles.starts,
+        added_tiles.pair_starts,
         merged_positions[added_tiles.pair_positions],
     )
     return projection, merged_tiles

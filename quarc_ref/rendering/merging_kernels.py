@@ -14,11 +14,11 @@ def merge_tiles(
     Args:
         fixed_list_starts: `Tiles.list_starts` of the fixed Gaussians, `[T + 1]`.
         fixed_lists: `Tiles.lists` of the fixed Gaussians.
-        fixed_rows: `Tiles.rows` of the fixed Gaussians.
+        fixed_rows: `Tiles.pixel_rows` of the fixed Gaussians.
         fixed_depths: `[N]` depths of the fixed Gaussians.
         list_starts: `Tiles.list_starts` of the added Gaussians, `[T + 1]`.
         lists: `Tiles.lists` of the added Gaussians.
-        rows: `Tiles.rows` of the added Gaussians.
+        rows: `Tiles.pixel_rows` of the added Gaussians.
         depths: `[n]` depths of the added Gaussians.
 
     Returns:

@@ -10,7 +10,7 @@ from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.bands import render_band_pictures
 from quarc_ref.rendering.harmonics import fold_harmonics
-from quarc_ref.rendering.pipeline import project, sort_nearest
+from quarc_ref.rendering.pipeline import project, sort_by_depth
 from quarc_ref.rendering.pipeline_data import Float32, Projection, SplatRows
 
 MAX_OPACITY = 0.99
@@ -60,10 +60,12 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
         their colors are, and 0 for pixels without Gaussians.
     """
     sorted_projection = _project(splats, camera)
-    values = np.zeros_like(sorted_projection.colors)
-    values[:, 0], values[:, 1] = sorted_projection.depths, 1
+    depth_and_ones = np.zeros_like(sorted_projection.colors)
+    depth_and_ones[:, 0], depth_and_ones[:, 1] = sorted_projection.depths, 1
     sums = np.empty((camera.height, camera.width, 3), dtype=np.float32)
-    for band_picture in render_band_pictures(replace(sorted_projection, colors=values), camera):
+    for band_picture in render_band_pictures(
+        replace(sorted_projection, colors=depth_and_ones), camera
+    ):
         sums[band_picture.top : band_picture.top + band_picture.image.shape[0]] = band_picture.image
     weighted_depth, opacity = sums[..., 0], np.ascontiguousarray(sums[..., 1])
     depth = np.divide(weighted_depth, opacity, out=np.zeros_like(opacity), where=opacity > 0)
@@ -82,4 +84,4 @@ def _project(splats: Splats, camera: Camera) -> Projection:
     sh = np.pad(sh, ((0, 0), (0, missing_count), (0, 0))) if missing_count else sh
     gaussians = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, gaussians)
-    return projection.take(sort_nearest(projection))
+    return projection.take(sort_by_depth(projection))

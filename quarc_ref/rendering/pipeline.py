@@ -33,9 +33,11 @@ def flatten_camera(camera: Camera) -> Float32:
     """Return a camera as the array `[22]` that `projection_kernels` takes."""
     center = camera_center(camera)
     near = NEAR_FRACTION * camera.near
-    lens = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
+    intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
     with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
-        return np.array([*camera.rotation, *camera.translation, *lens, *center], dtype=np.float32)
+        return np.array(
+            [*camera.rotation, *camera.translation, *intrinsics, *center], dtype=np.float32
+        )
 
 
 def project(camera: Camera, gaussians: SplatRows) -> Projection:
@@ -75,7 +77,7 @@ def count_pairs(projection: Projection, band: Band) -> Int32:
     return counts
 
 
-def sort_nearest(projection: Projection) -> Int32:
+def sort_by_depth(projection: Projection) -> Int32:
     """Return the indices of visible Gaussians, sorted by depth; the sort is stable."""
     with KERNEL_LOCK:
         order: Int32 = binning_kernels.sort_by_depth(projection.depths, projection.max_exponents)
@@ -85,10 +87,10 @@ def sort_nearest(projection: Projection) -> Int32:
 def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
     """List the Gaussians of every tile of a picture."""
     band = make_full_band(camera)
-    return list_pairs(projection, sort_nearest(projection), band, count_pairs(projection, band))
+    return bin_band(projection, sort_by_depth(projection), band, count_pairs(projection, band))
 
 
-def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) -> Tiles:
+def bin_band(projection: Projection, order: Int32, band: Band, counts: Int32) -> Tiles:
     """List the Gaussians of every tile of a band.
 
     Args:
@@ -98,17 +100,22 @@ def list_pairs(projection: Projection, order: Int32, band: Band, counts: Int32) 
         counts: `[N]` result of `count_pairs`.
     """
     means2d, conics, max_exponents = projection.means2d, projection.conics, projection.max_exponents
-    starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts, dtype=np.int64)])
-    first, last = band.top * band.columns, band.bottom * band.columns
+    pair_starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts, dtype=np.int64)])
+    first_tile, end_tile = band.top * band.columns, band.bottom * band.columns
     with KERNEL_LOCK:
-        tiles, rows = binning_kernels.list_tiles(
-            means2d, conics, max_exponents, starts, tuple(band)
+        tiles, pixel_rows = binning_kernels.list_tiles(
+            means2d, conics, max_exponents, pair_starts, tuple(band)
         )
-        list_starts, lists, rows, pair_positions = binning_kernels.fill_tiles(
-            order, starts, tiles, rows, last - first
+        list_starts, lists, pixel_rows, pair_positions = binning_kernels.fill_tiles(
+            order, pair_starts, tiles, pixel_rows, end_tile - first_tile
         )
     return Tiles(
-        np.arange(first, last, dtype=np.int32), list_starts, lists, rows, starts, pair_positions
+        np.arange(first_tile, end_tile, dtype=np.int32),
+        list_starts,
+        lists,
+        pixel_rows,
+        pair_starts,
+        pair_positions,
     )
 
 
@@ -144,6 +151,6 @@ def composite(
     with KERNEL_LOCK:
         raster_kernels.raster_forward(
             projection.means2d, projection.conics, projection.colors, projection.opacities,
-            tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.rows,
+            tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.pixel_rows,
             background, is_continuation, picture.top, picture.image, picture.transmittance,
         )  # fmt: skip

@@ -87,17 +87,17 @@ class Tiles:
         tile_ids: `[T]` indices of the tiles, counted row by row in the whole picture.
         list_starts: `[T + 1]` start of each tile's list in `lists`.
         lists: `[P]` indices of Gaussians, nearest first within a tile.
-        rows: `[P, 2]` for each entry of `lists`, the first and the end pixel row (exclusive)
+        pixel_rows: `[P, 2]` for each entry of `lists`, the first and the end pixel row (exclusive)
             that the Gaussian intersects in the tile.
-        starts: `[N + 1]` start of each Gaussian's pairs in `pair_positions`.
+        pair_starts: `[N + 1]` start of each Gaussian's pairs in `pair_positions`.
         pair_positions: `[P]` position in `lists` of each pair of a Gaussian and a tile.
     """
 
     tile_ids: Int32
     list_starts: Int64
     lists: Int32
-    rows: NDArray[np.uint8]
-    starts: Int64
+    pixel_rows: NDArray[np.uint8]
+    pair_starts: Int64
     pair_positions: Int32
 
 

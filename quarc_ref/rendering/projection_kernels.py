@@ -24,7 +24,7 @@ from quarc_ref.rendering.matrix_kernels import (
 
 LOW_PASS = np.float32(0.3)
 MIN_ALPHA = np.float32(1 / 255)
-MARGIN = np.float32(0.15)  # relative to the picture size
+MARGIN_FRACTION = np.float32(0.15)  # relative to the picture size
 SH_C0 = np.float32(0.28209479177387814)
 SH_C1 = np.float32(0.4886025119029199)
 _0 = np.float32(0)
@@ -57,9 +57,9 @@ def project_forward(
             continue
         max_exponent = math.log(opacities[i] / MIN_ALPHA)
         u, v = camera[12] * x / z + camera[14], camera[13] * y / z + camera[15]
-        if not _intersects(u, math.sqrt(_2 * max_exponent * a), camera[16]):
+        if not _overlaps_range(u, math.sqrt(_2 * max_exponent * a), camera[16]):
             continue
-        if not _intersects(v, math.sqrt(_2 * max_exponent * c), camera[17]):
+        if not _overlaps_range(v, math.sqrt(_2 * max_exponent * c), camera[17]):
             continue
         _shade(camera, means, sh, colors, i)
         if not math.isfinite(colors[i, 0] + colors[i, 1] + colors[i, 2]):
@@ -103,7 +103,7 @@ def _to_camera(camera, means, i):
 
 
 @kernel
-def _intersects(center, extent, size):
+def _overlaps_range(center, extent, size):
     """Return whether center ± extent is finite and overlaps the interval from 0 to size."""
     return center + extent >= _0 and center - extent <= size and math.isfinite(center + extent)
 
@@ -124,11 +124,11 @@ def _rotation_matrix(quaternions, i):
 @kernel
 def _clamp_slopes(camera, x, y, z):
     """Return x/z and y/z, clamped for the Jacobian, and whether each of them is unchanged."""
-    low = -(camera[14] + MARGIN * camera[16]) / camera[12]
-    high = (camera[16] - camera[14] + MARGIN * camera[16]) / camera[12]
+    low = -(camera[14] + MARGIN_FRACTION * camera[16]) / camera[12]
+    high = (camera[16] - camera[14] + MARGIN_FRACTION * camera[16]) / camera[12]
     slope_x = min(max(x / z, low), high)
-    low = -(camera[15] + MARGIN * camera[17]) / camera[13]
-    high = (camera[17] - camera[15] + MARGIN * camera[17]) / camera[13]
+    low = -(camera[15] + MARGIN_FRACTION * camera[17]) / camera[13]
+    high = (camera[17] - camera[15] + MARGIN_FRACTION * camera[17]) / camera[13]
     slope_y = min(max(y / z, low), high)
     return slope_x, slope_y, slope_x == x / z, slope_y == y / z
 

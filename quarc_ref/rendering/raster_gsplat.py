@@ -36,18 +36,18 @@ class GsplatRasterizer:
     def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
         """See `Rasterizer.render`; `means2d` is `[1, N, 2]`."""
         device = gaussians.means.device
-        pose = torch.eye(4, device=device)
-        pose[:3, :3] = torch.tensor(camera.rotation, device=device).reshape(3, 3)
-        pose[:3, 3] = torch.tensor(camera.translation, device=device)
-        lens = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
+        world_to_camera = torch.eye(4, device=device)
+        world_to_camera[:3, :3] = torch.tensor(camera.rotation, device=device).reshape(3, 3)
+        world_to_camera[:3, 3] = torch.tensor(camera.translation, device=device)
+        intrinsics = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
         colors, alphas, metadata = self._rasterization(
             gaussians.means,
             gaussians.quaternions,
             gaussians.scales,
             gaussians.opacities,
             gaussians.sh,
-            pose[None],
-            torch.tensor(lens, device=device)[None],
+            world_to_camera[None],
+            torch.tensor(intrinsics, device=device)[None],
             camera.width,
             camera.height,
             near_plane=NEAR_FRACTION * camera.near,

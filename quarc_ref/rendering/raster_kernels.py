@@ -41,7 +41,7 @@ def _falloff(s):
 
 
 @inlined_kernel
-def blend_weight(s, opacity, t):
+def compute_blend(s, opacity, t):
     """Return a Gaussian's alpha, whether it is blended, its weight, and the new transmittance.
 
     The transmittance t of a pixel that becomes opaque keeps its absolute value, but its sign
@@ -89,7 +89,7 @@ def _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, 
             for x in range(TILE):
                 d = dx + np.float32(x)
                 s = (a * d + linear) * d + constant
-                _, _, w, row[x] = blend_weight(s, opacity, row[x])
+                _, _, w, row[x] = compute_blend(s, opacity, row[x])
                 row[TILE + x] += w * r
                 row[2 * TILE + x] += w * g
                 row[3 * TILE + x] += w * b_
@@ -102,10 +102,10 @@ def choose_scatter_stride(count):
     Each thread processes consecutive indices. If these were neighboring tiles, some threads
     would have much more work than others.
     """
-    step = int(_GOLDEN_RATIO * count) + 1
-    while math.gcd(step, count) > 1:
-        step += 1
-    return step
+    stride = int(_GOLDEN_RATIO * count) + 1
+    while math.gcd(stride, count) > 1:
+        stride += 1
+    return stride
 
 
 @kernel
@@ -133,9 +133,9 @@ def raster_forward(
     """
     height, width = transmittance.shape
     tiles_x = -(-width // TILE)
-    step = choose_scatter_stride(tile_ids.size)
+    stride = choose_scatter_stride(tile_ids.size)
     for index in numba.prange(tile_ids.size):
-        tile = index * step % tile_ids.size
+        tile = index * stride % tile_ids.size
         row, column = tile_ids[tile] // tiles_x * TILE, tile_ids[tile] % tiles_x * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1

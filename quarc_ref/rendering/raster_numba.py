@@ -166,10 +166,13 @@ class _Composite(Function):
         outputs = [np.empty_like(array[fixed_count:]) for array in inputs]
         with KERNEL_LOCK:
             pairs = gradient_kernels.raster_backward(
-                *inputs, tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.rows, fixed_count,
-                picture.image, picture.transmittance, _to_array(g_image), _to_array(g_alpha),
+                *inputs, tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.pixel_rows,
+                fixed_count, picture.image, picture.transmittance,
+                _to_array(g_image), _to_array(g_alpha),
             )  # fmt: skip
-            gradient_kernels.gather_pairs(pairs, tiles.starts, tiles.pair_positions, *outputs)
+            gradient_kernels.sum_pair_gradients(
+                pairs, tiles.pair_starts, tiles.pair_positions, *outputs
+            )
         return None, None, None, None, *(torch.from_numpy(array) for array in outputs)
 
 

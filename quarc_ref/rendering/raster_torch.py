@@ -13,7 +13,7 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, 
 
 _TILE = 16
 _LOW_PASS = 0.3
-_MARGIN = 0.15
+_MARGIN_FRACTION = 0.15
 _MIN_ALPHA = 1 / 255
 _MIN_TRANSMITTANCE = 1e-4
 _SH_C0 = 0.28209479177387814
@@ -40,7 +40,7 @@ class TorchRasterizer:
         colors = _shade(gaussians, rotation, camera)
         splats = (means2d, covariances, gaussians.opacities, colors)
         with torch.no_grad():
-            is_drawn = is_drawn & _are_finite(
+            is_drawn = is_drawn & _find_finite_rows(
                 means2d, covariances, colors, torch.linalg.det(covariances)[:, None]
             )
             depths = safe_points[:, 2].to(torch.float32)
@@ -55,7 +55,7 @@ class TorchRasterizer:
         return JoinedBackdrop(self, gaussians, camera, background)
 
 
-def _are_finite(*tensors: Tensor) -> Tensor:
+def _find_finite_rows(*tensors: Tensor) -> Tensor:
     """Return `[N]` booleans that tell whether a row is finite in all tensors."""
     flat = torch.cat([tensor.flatten(start_dim=1) for tensor in tensors], dim=1)
     return torch.isfinite(flat).all(dim=1)
@@ -85,8 +85,8 @@ def _project_covariances(
 
 
 def _clamp_slope(slope: Tensor, center: float, focal: float, size: int) -> Tensor:
-    low = -(center + _MARGIN * size) / focal
-    return slope.clamp(low, (size - center + _MARGIN * size) / focal)
+    low = -(center + _MARGIN_FRACTION * size) / focal
+    return slope.clamp(low, (size - center + _MARGIN_FRACTION * size) / focal)
 
 
 def _rotation_matrices(quaternions: Tensor) -> Tensor:

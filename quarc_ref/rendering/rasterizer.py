@@ -134,7 +134,7 @@ def activate_opacities(logits: Tensor) -> Tensor:
     return torch.sigmoid(logits).clamp(max=MAX_OPACITY)
 
 
-def to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
+def convert_gradient_to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
     """Convert the gradient of `means2d` from pixels to NDC, the unit of 3DGS thresholds."""
     half_size = gradient.new_tensor([camera.width / 2, camera.height / 2])
     return gradient.reshape(-1, 2) * half_size

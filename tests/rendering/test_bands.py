@@ -6,12 +6,12 @@ from quarc_ref.rendering import bands
 from quarc_ref.rendering.bands import render_band_pictures
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.rendering.pipeline import (
+    bin_band,
     bin_tiles,
     composite,
-    list_pairs,
     make_blank_picture,
     project,
-    sort_nearest,
+    sort_by_depth,
 )
 from quarc_ref.rendering.pipeline_data import SplatRows
 from tests.rendering.scenes import make_camera
@@ -38,20 +38,20 @@ def _render_at_once(camera, gaussians):
 
 def _render_in_bands(camera, gaussians):
     projection = project(camera, gaussians)
-    sorted_projection = projection.take(sort_nearest(projection))
+    sorted_projection = projection.take(sort_by_depth(projection))
     return np.concatenate([band.image for band in render_band_pictures(sorted_projection, camera)])
 
 
 @pytest.fixture
 def list_sizes(monkeypatch):
-    """A list to which every call of `list_pairs` adds its numbers of Gaussians and pairs."""
+    """A list to which every call of `bin_band` adds its numbers of Gaussians and pairs."""
     sizes = []
 
     def list_and_count(projection, order, band, counts):
         sizes.append((order.size, int(counts.sum())))
-        return list_pairs(projection, order, band, counts)
+        return bin_band(projection, order, band, counts)
 
-    monkeypatch.setattr(bands, "list_pairs", list_and_count)
+    monkeypatch.setattr(bands, "bin_band", list_and_count)
     return sizes
 
 
@@ -61,8 +61,8 @@ def list_sizes(monkeypatch):
 @pytest.mark.parametrize("scale", [0.02, 0.5])
 def test_bands_and_slices_give_the_same_picture(band_pixels, slice_pairs, size, scale, monkeypatch):
     camera, gaussians = make_camera(*size), _make_gaussians(300, scale)
-    monkeypatch.setattr(bands, "BAND_PIXELS", band_pixels)
-    monkeypatch.setattr(bands, "SLICE_PAIRS", slice_pairs)
+    monkeypatch.setattr(bands, "MAX_BAND_PIXELS", band_pixels)
+    monkeypatch.setattr(bands, "MAX_SLICE_PAIRS", slice_pairs)
 
     picture = _render_in_bands(camera, gaussians)
 
@@ -71,7 +71,7 @@ def test_bands_and_slices_give_the_same_picture(band_pixels, slice_pairs, size, 
 
 
 def test_lists_have_at_most_the_pairs_of_a_slice(list_sizes, monkeypatch):
-    monkeypatch.setattr(bands, "SLICE_PAIRS", 100)
+    monkeypatch.setattr(bands, "MAX_SLICE_PAIRS", 100)
     _render_in_bands(make_camera(160, 96), _make_gaussians(500, 0.1))
 
     assert len(list_sizes) > 3
@@ -79,7 +79,7 @@ def test_lists_have_at_most_the_pairs_of_a_slice(list_sizes, monkeypatch):
 
 
 def test_a_gaussian_with_too_many_pairs_is_its_own_slice(list_sizes, monkeypatch):
-    monkeypatch.setattr(bands, "SLICE_PAIRS", 10)
+    monkeypatch.setattr(bands, "MAX_SLICE_PAIRS", 10)
     gaussians = _make_gaussians(6, 0.1)
     gaussians.scales[:] = 100
     _render_in_bands(make_camera(160, 96), gaussians)
@@ -88,7 +88,7 @@ def test_a_gaussian_with_too_many_pairs_is_its_own_slice(list_sizes, monkeypatch
 
 
 def test_gaussians_behind_saturated_pixels_are_not_listed(list_sizes, monkeypatch):
-    monkeypatch.setattr(bands, "SLICE_PAIRS", 600)
+    monkeypatch.setattr(bands, "MAX_SLICE_PAIRS", 600)
     gaussians = _make_gaussians(1000, 0.1)
     gaussians.scales[:] = 100
     gaussians.opacities[:] = 0.9

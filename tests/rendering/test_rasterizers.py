@@ -8,7 +8,7 @@ from quarc_ref.rendering import backends
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
-from quarc_ref.rendering.rasterizer import to_ndc
+from quarc_ref.rendering.rasterizer import convert_gradient_to_ndc
 from tests.rendering.scenes import (
     activate,
     compute_weighted_sum,
@@ -136,7 +136,10 @@ def test_a_scene_without_gaussians_is_background():
 def test_ndc_gradients_are_pixel_gradients_times_half_the_size():
     gradient = torch.tensor([[[1.0, 1.0], [0.0, 2.0]]])
 
-    assert to_ndc(gradient, make_camera(40, 30)).tolist() == [[20.0, 15.0], [0.0, 30.0]]
+    assert convert_gradient_to_ndc(gradient, make_camera(40, 30)).tolist() == [
+        [20.0, 15.0],
+        [0.0, 30.0],
+    ]
 
 
 def test_cpus_render_with_numba():

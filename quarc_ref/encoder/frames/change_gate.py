@@ -9,7 +9,7 @@ from torch import Tensor
 
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes
-from quarc_ref.rendering.rasterizer import to_ndc
+from quarc_ref.rendering.rasterizer import convert_gradient_to_ndc
 
 _MIN_MEDIAN = 1e-12
 
@@ -51,7 +51,7 @@ def compute_gate_weights(
         )
         loss_difference = loss - previous_loss
         (gradient,) = torch.autograd.grad(loss_difference, rendering.means2d)
-        total_gradients += to_ndc(gradient, context.camera(view)).norm(dim=1)
+        total_gradients += convert_gradient_to_ndc(gradient, context.camera(view)).norm(dim=1)
         is_visible |= rendering.radii > 0
     median_gradient = (
         total_gradients[is_visible].median()

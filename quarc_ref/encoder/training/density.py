@@ -12,7 +12,7 @@ from torch import Tensor
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.format.cameras import Camera
-from quarc_ref.rendering.rasterizer import Rendering, to_ndc
+from quarc_ref.rendering.rasterizer import Rendering, convert_gradient_to_ndc
 
 _SPLIT_COUNT = 2
 _SPLIT_SCALE_DIVISOR = 0.8 * _SPLIT_COUNT
@@ -40,7 +40,9 @@ class ScreenStatistics:
             camera: Camera of the view.
         """
         is_visible = rendering.radii > 0
-        self._sums += torch.where(is_visible, to_ndc(gradient, camera).norm(dim=1), 0)
+        self._sums += torch.where(
+            is_visible, convert_gradient_to_ndc(gradient, camera).norm(dim=1), 0
+        )
         self._view_counts += is_visible
         self._radii = torch.maximum(self._radii, rendering.radii)
 
