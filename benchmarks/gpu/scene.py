@@ -24,7 +24,7 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     """Ray-trace the pictures of the training views, and one initial point per Gaussian."""
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
-    scene = make_scene(options.seed, options.scene)
+    scene = make_scene(options.seed, options.scene_variant)
     scenes_by_frame = [
         scene.at_time(frame / options.frames_per_second) for frame in range(FRAME_COUNT)
     ]

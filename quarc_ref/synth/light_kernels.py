@@ -18,44 +18,44 @@ from quarc_ref.synth.solid_kernels import compute_normal
 from quarc_ref.synth.texture_kernels import evaluate_paint
 from quarc_ref.synth.trace_kernels import (
     find_nearest_hit,
-    hit_wall,
+    find_wall_hit,
     is_occluded,
     list_candidates,
     to_shape_space,
 )
 
 _GRID_SIDE = 3
-SAMPLES = _GRID_SIDE * _GRID_SIDE
+SAMPLE_COUNT = _GRID_SIDE * _GRID_SIDE
 _SURFACE_OFFSET = 1e-3  # meters from a surface to the origin of a ray that leaves it
 _AMBIENT_RANGE = 0.55  # meters; solids within this distance block ambient light
 
 
 def _spread_points() -> NDArray[np.float64]:
     """Return `[9, 2]` points in the unit square, one in each cell of a 3 x 3 grid."""
-    order = np.arange(SAMPLES)
+    order = np.arange(SAMPLE_COUNT)
     transposed = order % _GRID_SIDE * _GRID_SIDE + order // _GRID_SIDE
-    return (np.stack((order, transposed), axis=1) + 0.5) / SAMPLES
+    return (np.stack((order, transposed), axis=1) + 0.5) / SAMPLE_COUNT
 
 
 def _sample_hemisphere() -> NDArray[np.float64]:
     """Return `[9, 3]` directions above the xy plane, which are denser near the z axis."""
-    r, angle = np.sqrt(POINTS[:, 0]), 2 * np.pi * POINTS[:, 1]
+    r, angle = np.sqrt(SAMPLE_POINTS[:, 0]), 2 * np.pi * SAMPLE_POINTS[:, 1]
     return np.stack((r * np.cos(angle), r * np.sin(angle), np.sqrt(1 - r * r)), axis=1)
 
 
-POINTS = _spread_points()
-_DIRECTIONS = _sample_hemisphere()
+SAMPLE_POINTS = _spread_points()
+_SAMPLE_DIRECTIONS = _sample_hemisphere()
 
 
 @inlined_kernel
-def list_occluders(stage, lists, counts, center, radius):
+def list_occluders(stage, occluders, occluder_counts, center, radius):
     """List the solids that can cast shadows on points within a sphere.
 
     Args:
         stage: Stage from `pack_stage`.
-        lists: `[L + 1, S]` output: indices of the solids that can block each lamp; in the last row,
-            of those that can block the ambient light.
-        counts: `[L + 1]` output: numbers of solids in the lists.
+        occluders: `[L + 1, S]` output: indices of the solids that can block each lamp; in the
+            last row, of those that can block the ambient light.
+        occluder_counts: `[L + 1]` output: numbers of solids in the rows of `occluders`.
         center: Center of the sphere, three numbers.
         radius: Radius of the sphere.
     """
@@ -66,21 +66,23 @@ def list_occluders(stage, lists, counts, center, radius):
         z = abs(lights[lamp, 5]) + abs(lights[lamp, 8])
         end = (lights[lamp, 0], lights[lamp, 1], lights[lamp, 2])
         end_radius = max(radius, math.sqrt(x * x + y * y + z * z))
-        counts[lamp] = list_candidates(stage, lists[lamp], center, radius, end, end_radius)
+        occluder_counts[lamp] = list_candidates(
+            stage, occluders[lamp], center, radius, end, end_radius
+        )
     ambient_index, ambient_radius = lights.shape[0], radius + _AMBIENT_RANGE
-    counts[ambient_index] = list_candidates(
-        stage, lists[ambient_index], center, ambient_radius, center, ambient_radius
+    occluder_counts[ambient_index] = list_candidates(
+        stage, occluders[ambient_index], center, ambient_radius, center, ambient_radius
     )
 
 
 @inlined_kernel
-def reflect_light(stage, lists, counts, ray, hit_distance, surface, sample):
+def reflect_light(stage, occluders, occluder_counts, ray, hit_distance, surface, sample):
     """Return the light that a surface reflects along a ray, in linear RGB.
 
     Args:
         stage: Stage from `pack_stage`.
-        lists: Lists from `list_occluders`.
-        counts: Counts from `list_occluders`.
+        occluders: Solids from `list_occluders`.
+        occluder_counts: Numbers of solids from `list_occluders`.
         ray: Origin and unit direction of the ray, six numbers.
         hit_distance: Distance to the hit surface.
         surface: Row of the surface in `Stage.paints`.
@@ -100,14 +102,14 @@ def reflect_light(stage, lists, counts, ray, hit_distance, surface, sample):
         z + _SURFACE_OFFSET * normal[2],
     )
     r, g, b = _compute_ambient_light(
-        stage, lists, counts, origin, normal, (7 * sample + 1) % SAMPLES
+        stage, occluders, occluder_counts, origin, normal, (7 * sample + 1) % SAMPLE_COUNT
     )
     glow = paints[surface, 12]
     r, g, b = albedo[0] * (r + glow), albedo[1] * (g + glow), albedo[2] * (b + glow)
     for lamp in range(lights.shape[0]):
-        point = (5 + 6 * lamp) * sample % SAMPLES
+        point = (5 + 6 * lamp) * sample % SAMPLE_COUNT
         diffuse, specular = _compute_lamp_light(
-            stage, lists, counts, lamp, origin, normal, ray, point
+            stage, occluders, occluder_counts, lamp, origin, normal, ray, point
         )
         specular *= paints[surface, 11]
         r += lights[lamp, 9] * (diffuse * albedo[0] + specular)
@@ -144,10 +146,10 @@ def _normalize(x, y, z):
 
 
 @inlined_kernel
-def _compute_lamp_light(stage, lists, counts, lamp, origin, normal, ray, point):
+def _compute_lamp_light(stage, occluders, occluder_counts, lamp, origin, normal, ray, point):
     """Return the diffuse and the specular light that comes from a sample point of a lamp."""
     lights = stage.lights
-    a, b = 2 * POINTS[point, 0] - 1, 2 * POINTS[point, 1] - 1
+    a, b = 2 * SAMPLE_POINTS[point, 0] - 1, 2 * SAMPLE_POINTS[point, 1] - 1
     x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - origin[0]
     y = lights[lamp, 1] + a * lights[lamp, 4] + b * lights[lamp, 7] - origin[1]
     z = lights[lamp, 2] + a * lights[lamp, 5] + b * lights[lamp, 8] - origin[2]
@@ -157,7 +159,9 @@ def _compute_lamp_light(stage, lists, counts, lamp, origin, normal, ray, point):
     emission_cosine = -(x * lights[lamp, 12] + y * lights[lamp, 13] + z * lights[lamp, 14])
     if incident_cosine <= 0 or emission_cosine <= 0:
         return 0.0, 0.0
-    if is_occluded(stage.solids, lists[lamp], counts[lamp], (*origin, x, y, z), distance):
+    if is_occluded(
+        stage.solids, occluders[lamp], occluder_counts[lamp], (*origin, x, y, z), distance
+    ):
         return 0.0, 0.0
     diffuse = incident_cosine * emission_cosine / (distance * distance)
     half_vector = _normalize(x - ray[3], y - ray[4], z - ray[5])
@@ -168,15 +172,15 @@ def _compute_lamp_light(stage, lists, counts, lamp, origin, normal, ray, point):
 
 
 @inlined_kernel
-def _compute_ambient_light(stage, lists, counts, origin, normal, sample):
+def _compute_ambient_light(stage, occluders, occluder_counts, origin, normal, sample):
     """Return the ambient light, which is weaker near other solids."""
     x, y, z = _rotate_sample(normal, sample)
     ray, ambient_index = (*origin, x, y, z), stage.lights.shape[0]
-    wall_distance, _ = hit_wall(stage.room, ray)
+    wall_distance, _ = find_wall_hit(stage.room, ray)
     free_distance, _ = find_nearest_hit(
         stage.solids,
-        lists[ambient_index],
-        counts[ambient_index],
+        occluders[ambient_index],
+        occluder_counts[ambient_index],
         ray,
         min(wall_distance, _AMBIENT_RANGE),
         ambient_index,
@@ -203,7 +207,11 @@ def _rotate_sample(normal, sample):
     bx = normal[1] * tz - normal[2] * ty
     by = normal[2] * tx - normal[0] * tz
     bz = normal[0] * ty - normal[1] * tx
-    a, b, c = _DIRECTIONS[sample, 0], _DIRECTIONS[sample, 1], _DIRECTIONS[sample, 2]
+    a, b, c = (
+        _SAMPLE_DIRECTIONS[sample, 0],
+        _SAMPLE_DIRECTIONS[sample, 1],
+        _SAMPLE_DIRECTIONS[sample, 2],
+    )
     return (
         a * tx + b * bx + c * normal[0],
         a * ty + b * by + c * normal[1],

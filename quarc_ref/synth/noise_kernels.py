@@ -36,9 +36,9 @@ def blend(a, b, share):
 
 
 @kernel
-def shade(a, factor):
+def shade(color, factor):
     """Multiply a color by a factor."""
-    return a[0] * factor, a[1] * factor, a[2] * factor
+    return color[0] * factor, color[1] * factor, color[2] * factor
 
 
 @kernel
@@ -47,12 +47,12 @@ def noise(x, y, z):
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = ramp(x - i, 0.0, 1.0), ramp(y - j, 0.0, 1.0), ramp(z - k, 0.0, 1.0)
     i, j, k = int(i), int(j), int(k)
-    near = _plane(i, j, k, u, v)
-    return near + w * (_plane(i, j, k + 1, u, v) - near)
+    near = _interpolate_plane(i, j, k, u, v)
+    return near + w * (_interpolate_plane(i, j, k + 1, u, v) - near)
 
 
 @kernel
-def _plane(i, j, k, u, v):
+def _interpolate_plane(i, j, k, u, v):
     low_value = hash_uniform(i, j, k) * (1 - u) + hash_uniform(i + 1, j, k) * u
     high_value = hash_uniform(i, j + 1, k) * (1 - u) + hash_uniform(i + 1, j + 1, k) * u
     return low_value + v * (high_value - low_value)

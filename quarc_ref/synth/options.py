@@ -52,7 +52,7 @@ class SynthOptions:
             raise ValueError(message)
 
     @property
-    def scene(self) -> Variant:
+    def scene_variant(self) -> Variant:
         """The properties of the scene's variant."""
         return VARIANTS[self.variant]
 

@@ -67,7 +67,7 @@ class Palette:
     """Colors of a scene.
 
     Attributes:
-        toys: Six saturated colors of different hues for toys and other objects.
+        toy_colors: Six saturated colors of different hues for toys and other objects.
         light: Off-white.
         dark: Nearly black.
         wood: Light and dark color of the floor and the furniture.
@@ -75,7 +75,7 @@ class Palette:
         wall: Light and dark color of the wallpaper, and color of the paneling.
     """
 
-    toys: tuple[Color, ...]
+    toy_colors: tuple[Color, ...]
     light: Color
     dark: Color
     wood: tuple[Color, Color]
@@ -93,24 +93,26 @@ def oklab_to_linear(lightness: float, chroma: float, hue: float) -> Color:
 
 def choose_palette(seed: int) -> Palette:
     """Choose the colors of a scene from a seed."""
-    hue, wall, wood_tone, brick_tone = draw_uniform(seed, "palette", 4)
+    first_toy_hue, wall_hue, wood_tone, brick_tone = draw_uniform(seed, "palette", 4)
     lightness = (0.66, 0.78, 0.62, 0.70, 0.58, 0.64)
-    wood = 0.15 + 0.05 * wood_tone
-    brick = 0.08 + 0.12 * brick_tone
+    wood_hue = 0.15 + 0.05 * wood_tone
+    brick_hue = 0.08 + 0.12 * brick_tone
     return Palette(
-        toys=tuple(oklab_to_linear(lightness[i], 0.14, hue + i / 6) for i in range(6)),
-        light=oklab_to_linear(0.95, 0.015, wall),
-        dark=oklab_to_linear(0.28, 0.03, wall),
-        wood=(oklab_to_linear(0.72, 0.085, wood), oklab_to_linear(0.53, 0.08, wood)),
+        toy_colors=tuple(
+            oklab_to_linear(lightness[i], 0.14, first_toy_hue + i / 6) for i in range(6)
+        ),
+        light=oklab_to_linear(0.95, 0.015, wall_hue),
+        dark=oklab_to_linear(0.28, 0.03, wall_hue),
+        wood=(oklab_to_linear(0.72, 0.085, wood_hue), oklab_to_linear(0.53, 0.08, wood_hue)),
         brick=(
-            oklab_to_linear(0.60, 0.10, brick),
-            oklab_to_linear(0.47, 0.09, brick),
-            oklab_to_linear(0.80, 0.02, brick),
+            oklab_to_linear(0.60, 0.10, brick_hue),
+            oklab_to_linear(0.47, 0.09, brick_hue),
+            oklab_to_linear(0.80, 0.02, brick_hue),
         ),
         wall=(
-            oklab_to_linear(0.86, 0.045, wall),
-            oklab_to_linear(0.76, 0.065, wall),
-            oklab_to_linear(0.93, 0.012, wall + 0.5),
+            oklab_to_linear(0.86, 0.045, wall_hue),
+            oklab_to_linear(0.76, 0.065, wall_hue),
+            oklab_to_linear(0.93, 0.012, wall_hue + 0.5),
         ),
     )
 

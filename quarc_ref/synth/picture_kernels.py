@@ -15,15 +15,15 @@ def paint_face(colors, x, y, z):
     if z < 0.25:
         return first
     distance_from_middle, height_above_eyes = abs(x), y - 0.12
-    eye = math.hypot(distance_from_middle - 0.36, height_above_eyes)
+    eye_distance = math.hypot(distance_from_middle - 0.36, height_above_eyes)
     if math.hypot(distance_from_middle - 0.40, height_above_eyes - 0.07) < 0.09:
         return 0.92, 0.92, 0.92
-    if eye < 0.24:
+    if eye_distance < 0.24:
         return third
     if math.hypot(distance_from_middle - 0.62, height_above_eyes + 0.38) < 0.15:
         return second
-    smile = abs(math.hypot(x, y + 0.02) - 0.46)
-    if smile < 0.075 and y < -0.25:
+    smile_distance = abs(math.hypot(x, y + 0.02) - 0.46)
+    if smile_distance < 0.075 and y < -0.25:
         return third
     return first
 
@@ -32,13 +32,13 @@ def paint_face(colors, x, y, z):
 def paint_landscape(colors, phase, x, y):
     """Return the color of a picture of hills and the sun; x and y range from -1 to 1."""
     near_color, far_color, sky_color = colors
-    sun = math.hypot(x - 0.6 * math.cos(5 * phase), 0.8 * (y - 0.35))
-    far_hill = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
-    near_hill = -0.55 + 0.2 * math.sin(1.9 * x - 1.3 * phase)
+    sun_distance = math.hypot(x - 0.6 * math.cos(5 * phase), 0.8 * (y - 0.35))
+    far_hill_height = -0.1 + 0.22 * math.sin(2.3 * x + phase) + 0.1 * math.sin(4.1 * x - 2 * phase)
+    near_hill_height = -0.55 + 0.2 * math.sin(1.9 * x - 1.3 * phase)
     color = blend(shade(sky_color, 1.05), shade(sky_color, 0.7), ramp(y, 0.1, 1.0))
-    color = blend((0.9, 0.78, 0.35), color, ramp(sun, 0.26, 0.32))
-    color = blend(far_color, color, ramp(y - far_hill, -0.04, 0.04))
-    return blend(near_color, color, ramp(y - near_hill, -0.04, 0.04))
+    color = blend((0.9, 0.78, 0.35), color, ramp(sun_distance, 0.26, 0.32))
+    color = blend(far_color, color, ramp(y - far_hill_height, -0.04, 0.04))
+    return blend(near_color, color, ramp(y - near_hill_height, -0.04, 0.04))
 
 
 @kernel

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from quarc_ref.synth.compiled import entry_kernel, kernel
-from quarc_ref.synth.light_kernels import POINTS, SAMPLES, list_occluders, reflect_light
+from quarc_ref.synth.light_kernels import SAMPLE_COUNT, SAMPLE_POINTS, list_occluders, reflect_light
 from quarc_ref.synth.solid_kernels import MISS
-from quarc_ref.synth.trace_kernels import find_nearest_hit, hit_wall, list_candidates
+from quarc_ref.synth.trace_kernels import find_nearest_hit, find_wall_hit, list_candidates
 
 _MAX_DISTANCE = 12.0  # meters; greater than any distance within the room
 _PATCH_RADIUS = 0.15  # meters; surface points within this radius share a list of occluders
@@ -27,11 +27,11 @@ def render_picture(stage, camera, picture, depths):
         picture: `[H, W, 3]` float64 output: linear light from 0 to 1.
         depths: `[H, W, 2]` output: minimum and maximum depth.
     """
-    lamps, solids = stage.lights.shape[0], stage.solids.shape[0]
-    candidates = np.empty(solids, dtype=np.int64)
-    lists = np.empty((lamps + 1, solids), dtype=np.int64)
-    counts = np.empty(lamps + 1, dtype=np.int64)
-    hit_distances, hit_surfaces = np.empty(SAMPLES), np.empty(SAMPLES, dtype=np.int64)
+    lamp_count, solid_count = stage.lights.shape[0], stage.solids.shape[0]
+    candidates = np.empty(solid_count, dtype=np.int64)
+    occluders = np.empty((lamp_count + 1, solid_count), dtype=np.int64)
+    occluder_counts = np.empty(lamp_count + 1, dtype=np.int64)
+    hit_distances, hit_surfaces = np.empty(SAMPLE_COUNT), np.empty(SAMPLE_COUNT, dtype=np.int64)
     patch_center = np.full(3, MISS)
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
@@ -39,18 +39,26 @@ def render_picture(stage, camera, picture, depths):
                 stage, camera, column, row, candidates, hit_distances, hit_surfaces
             )
             r, g, b = _light_pixel(
-                stage, camera, column, row, patch_center, lists, counts, hit_distances, hit_surfaces
+                stage,
+                camera,
+                column,
+                row,
+                patch_center,
+                occluders,
+                occluder_counts,
+                hit_distances,
+                hit_surfaces,
             )
             picture[row, column, 0], picture[row, column, 1], picture[row, column, 2] = r, g, b
             depths[row, column, 0], depths[row, column, 1] = min_depth, max_depth
 
 
 @entry_kernel
-def measure_depths(stage, camera, points, depths):
+def measure_depths(stage, camera, pixels, depths):
     """Compute the depths `[N]`, in meters, at the pixel positions `[N, 2]` (x, y)."""
     candidates = np.empty(stage.solids.shape[0], dtype=np.int64)
     for i in range(depths.size):
-        ray, depth_ratio = _cast_ray(camera, points[i, 0], points[i, 1])
+        ray, depth_ratio = _cast_ray(camera, pixels[i, 0], pixels[i, 1])
         count = list_candidates(
             stage, candidates, _point_on_ray(ray, 0.0), 0.0, _point_on_ray(ray, _MAX_DISTANCE), 0.0
         )
@@ -88,9 +96,9 @@ def _point_on_ray(ray, t):
 
 @kernel
 def _find_nearest(stage, candidates, count, ray):
-    wall, face = hit_wall(stage.room, ray)
+    wall_distance, face = find_wall_hit(stage.room, ray)
     return find_nearest_hit(
-        stage.solids, candidates, count, ray, wall, stage.solids.shape[0] + face
+        stage.solids, candidates, count, ray, wall_distance, stage.solids.shape[0] + face
     )
 
 
@@ -108,8 +116,10 @@ def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfa
         cone_radius,
     )
     min_depth, max_depth = MISS, 0.0
-    for sample in range(SAMPLES):
-        ray, depth_ratio = _cast_ray(camera, column + POINTS[sample, 0], row + POINTS[sample, 1])
+    for sample in range(SAMPLE_COUNT):
+        ray, depth_ratio = _cast_ray(
+            camera, column + SAMPLE_POINTS[sample, 0], row + SAMPLE_POINTS[sample, 1]
+        )
         hit_distances[sample], hit_surfaces[sample] = _find_nearest(stage, candidates, count, ray)
         min_depth, max_depth = (
             min(min_depth, hit_distances[sample] * depth_ratio),
@@ -120,7 +130,15 @@ def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfa
 
 @kernel
 def _light_pixel(
-    stage, camera, column, row, patch_center, lists, counts, hit_distances, hit_surfaces
+    stage,
+    camera,
+    column,
+    row,
+    patch_center,
+    occluders,
+    occluder_counts,
+    hit_distances,
+    hit_surfaces,
 ):
     """Return the mean recorded light of a pixel's rays, in linear RGB.
 
@@ -129,26 +147,35 @@ def _light_pixel(
         camera: `[15]` camera; see `render_picture`.
         column: Column of the pixel.
         row: Row of the pixel.
-        patch_center: `[3]` center of the patch for which `lists` is valid. If a ray
-            hits a point outside the patch, the center moves there and the lists are updated.
-        lists: Lists from `list_occluders`.
-        counts: Counts from `list_occluders`.
+        patch_center: `[3]` center of the patch for which `occluders` are valid. If a
+            ray hits a point outside the patch, the center moves there and the occluders are
+            listed again.
+        occluders: Solids from `list_occluders`.
+        occluder_counts: Numbers of solids from `list_occluders`.
         hit_distances: `[9]` distances to the points that the rays hit.
         hit_surfaces: `[9]` rows, in `Stage.paints`, of the surfaces that the rays hit.
     """
     r, g, b = 0.0, 0.0, 0.0
-    for sample in range(SAMPLES):
-        ray, _ = _cast_ray(camera, column + POINTS[sample, 0], row + POINTS[sample, 1])
+    for sample in range(SAMPLE_COUNT):
+        ray, _ = _cast_ray(
+            camera, column + SAMPLE_POINTS[sample, 0], row + SAMPLE_POINTS[sample, 1]
+        )
         x, y, z = _point_on_ray(ray, hit_distances[sample])
         if (x - patch_center[0]) ** 2 + (y - patch_center[1]) ** 2 + (
             z - patch_center[2]
         ) ** 2 > _PATCH_RADIUS * _PATCH_RADIUS:
             patch_center[0], patch_center[1], patch_center[2] = x, y, z
-            list_occluders(stage, lists, counts, (x, y, z), _PATCH_RADIUS)
+            list_occluders(stage, occluders, occluder_counts, (x, y, z), _PATCH_RADIUS)
         light = reflect_light(
-            stage, lists, counts, ray, hit_distances[sample], hit_surfaces[sample], sample
+            stage,
+            occluders,
+            occluder_counts,
+            ray,
+            hit_distances[sample],
+            hit_surfaces[sample],
+            sample,
         )
-        r += _apply_exposure(light[0]) / SAMPLES
-        g += _apply_exposure(light[1]) / SAMPLES
-        b += _apply_exposure(light[2]) / SAMPLES
+        r += _apply_exposure(light[0]) / SAMPLE_COUNT
+        g += _apply_exposure(light[1]) / SAMPLE_COUNT
+        b += _apply_exposure(light[2]) / SAMPLE_COUNT
     return r, g, b

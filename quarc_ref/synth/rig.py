@@ -15,13 +15,13 @@ from quarc_ref.synth.options import SynthOptions, draw_uniform, make_generator
 Float64 = NDArray[np.float64]
 
 _ARC_ANGLE = math.radians(80)
-_RADIUS = 3.45
-_HEIGHTS = (1.15, 1.75)
+_ARC_RADIUS = 3.45
+_CAMERA_HEIGHTS = (1.15, 1.75)
 _TARGET = np.array([0.0, 0.72, -0.1])
 _HALF_FIELD_OF_VIEW = math.radians(25.5)
 _STAGE_HALF_FIELD_OF_VIEW = math.radians(36)
-_JITTER = 0.06  # meters; range of the random offsets of positions and targets
-_NEAR_MARGIN, _FAR_MARGIN = 0.95, 1.02
+_JITTER_RANGE = 0.06  # meters; range of the random offsets of positions and targets
+_NEAR_FACTOR, _FAR_FACTOR = 0.95, 1.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,7 +55,7 @@ class RigCamera:
         rays = np.column_stack((directions, np.ones(len(depths))))
         return self.center + depths[:, None] * (rays @ self.axes)
 
-    def as_pose(self, min_depth: float, max_depth: float) -> Float64:
+    def as_poses_bounds_row(self, min_depth: float, max_depth: float) -> Float64:
         """Return the camera's row `[17]` of `poses_bounds.npy`.
 
         Args:
@@ -65,7 +65,7 @@ class RigCamera:
         right, down, forward = self.axes
         size = np.array([self.height, self.width, self.focal])
         pose = np.stack((down, right, -forward, self.center, size), axis=1)
-        return np.array([*pose.ravel(), _NEAR_MARGIN * min_depth, _FAR_MARGIN * max_depth])
+        return np.array([*pose.ravel(), _NEAR_FACTOR * min_depth, _FAR_FACTOR * max_depth])
 
 
 def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
@@ -73,38 +73,41 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
     training_angles = (np.arange(options.cameras) / (options.cameras - 1) - 0.5) * _ARC_ANGLE
     left_neighbor = (options.cameras - 1) // 2
     held_out = (training_angles[left_neighbor] + training_angles[left_neighbor + 1]) / 2
-    heights = [_HEIGHTS[i % 2] for i in range(options.cameras)]
+    heights = [_CAMERA_HEIGHTS[i % 2] for i in range(options.cameras)]
     angles = (held_out, *training_angles)
     jitter = draw_uniform(options.seed, "cameras", 6 * len(angles)).reshape(-1, 6) - 0.5
     color_matrices = _make_color_matrices(len(angles), options)
     camera_parameters = zip(
-        angles, (sum(_HEIGHTS) / 2, *heights), jitter, color_matrices, strict=True
+        angles, (sum(_CAMERA_HEIGHTS) / 2, *heights), jitter, color_matrices, strict=True
     )
     return tuple(
-        _make_camera(angle, height, offsets * _JITTER, color_matrix, options)
+        _make_camera(angle, height, offsets * _JITTER_RANGE, color_matrix, options)
         for angle, height, offsets, color_matrix in camera_parameters
     )
 
 
 def _make_color_matrices(count: int, options: SynthOptions) -> Float64:
     """Return `[count, 3, 3]` color matrices, all of them the identity if `camera_spread` is 0."""
-    spread = options.scene.camera_spread
-    normals = make_generator(options.seed, "films").standard_normal((count, 4, 3))
-    gains = np.exp(spread * (0.95 * normals[:, 0, :1] + 0.3 * normals[:, 1]))
-    return np.eye(3) * gains[:, None] + spread / 10 * normals[:, 1:]
+    spread = options.scene_variant.camera_spread
+    random_numbers = make_generator(options.seed, "films").standard_normal((count, 4, 3))
+    gains = np.exp(spread * (0.95 * random_numbers[:, 0, :1] + 0.3 * random_numbers[:, 1]))
+    return np.eye(3) * gains[:, None] + spread / 10 * random_numbers[:, 1:]
 
 
 def _make_camera(
     angle: float, height: float, offsets: Float64, color_matrix: Float64, options: SynthOptions
 ) -> RigCamera:
-    center = np.array([_RADIUS * math.sin(angle), height, _RADIUS * math.cos(angle)]) + offsets[:3]
+    center = (
+        np.array([_ARC_RADIUS * math.sin(angle), height, _ARC_RADIUS * math.cos(angle)])
+        + offsets[:3]
+    )
     forward = _TARGET + offsets[3:] - center
     forward = forward / np.linalg.norm(forward)
     right = np.cross(forward, (0.0, 1.0, 0.0))
     right = right / np.linalg.norm(right)
     axes = np.stack((right, np.cross(forward, right), forward))
     half_field_of_view = (
-        _STAGE_HALF_FIELD_OF_VIEW if options.scene.is_stage else _HALF_FIELD_OF_VIEW
+        _STAGE_HALF_FIELD_OF_VIEW if options.scene_variant.is_stage else _HALF_FIELD_OF_VIEW
     )
     focal = options.width / (2 * math.tan(half_field_of_view))
     return RigCamera(center, axes, focal, options.width, options.height, color_matrix)

@@ -22,9 +22,9 @@ from quarc_ref.synth.solids import (
 from quarc_ref.synth.toys import wave
 
 _STEP_SECONDS = 0.8
-_THIGH = 0.21
-_HIP = 0.42
-_ANKLE = 0.07
+_THIGH_LENGTH = 0.21
+_HIP_HEIGHT = 0.42
+_ANKLE_HEIGHT = 0.07
 
 
 class _Paints(NamedTuple):
@@ -39,44 +39,44 @@ def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]
     """Return two groups of solids, lower and upper body, of the robot at a time in seconds."""
     paints = _choose_paints(time, phase, palette)
     stride = wave(time, _STEP_SECONDS, phase)
-    body_frame = translate(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(
+    body_pose = translate(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(
         0.6 * wave(time, 2.4, phase)
     )
-    hips = body_frame @ translate(0.0, _HIP + 0.03 * abs(stride), 0.0) @ rotate_z(-0.05 * stride)
-    legs = [
-        solid for side in (-1, 1) for solid in _make_leg(body_frame, hips, side, stride, paints)
-    ]
+    hips = (
+        body_pose @ translate(0.0, _HIP_HEIGHT + 0.03 * abs(stride), 0.0) @ rotate_z(-0.05 * stride)
+    )
+    legs = [solid for side in (-1, 1) for solid in _make_leg(body_pose, hips, side, stride, paints)]
     pelvis = ellipsoid(hips, (0.16, 0.1, 0.13), paints.joint)
     torso = hips @ translate(0.0, 0.25, 0.0) @ rotate_z(0.1 * stride)
-    upper = [
+    upper_body = [
         ellipsoid(torso, (0.21, 0.25, 0.17), paints.body),
         *_make_head(torso, time, phase, paints),
         *_make_waving_arm(torso, time, phase, paints),
         *_make_swinging_arm(torso, stride, paints),
     ]
-    return [[*legs, pelvis], upper]
+    return [[*legs, pelvis], upper_body]
 
 
 def _choose_paints(time: float, phase: float, palette: Palette) -> _Paints:
-    first, second = palette.toys[4], palette.toys[2]
-    metal = mix(palette.light, palette.toys[4], 0.25)
+    first, second = palette.toy_colors[4], palette.toy_colors[2]
+    metal = mix(palette.light, palette.toy_colors[4], 0.25)
     pulse = 0.6 + 0.6 * wave(time, 0.8, phase)
     return _Paints(
         body=Paint(patterns.CHEST, first, palette.light, second, gloss=0.25),
-        face=Paint(patterns.FACE, metal, palette.toys[0], palette.dark, gloss=0.2),
+        face=Paint(patterns.FACE, metal, palette.toy_colors[0], palette.dark, gloss=0.2),
         limb=Paint(patterns.STRIPES, metal, first, first, 2.6, 0.5, 0.2),
-        joint=Paint(patterns.PLAIN, palette.toys[0], first, first, 0.2, phase, 0.25),
+        joint=Paint(patterns.PLAIN, palette.toy_colors[0], first, first, 0.2, phase, 0.25),
         tip=Paint(patterns.PLAIN, second, second, second, 0.2, glow=pulse),
     )
 
 
 def _make_leg(
-    body_frame: Matrix, hips: Matrix, side: int, stride: float, paints: _Paints
+    body_pose: Matrix, hips: Matrix, side: int, stride: float, paints: _Paints
 ) -> list[Solid]:
     lift = 0.12 * max(0.0, side * stride)
     hip = hips @ translate(0.1 * side, -0.02, 0.0)
-    ankle = body_frame @ translate(0.12 * side, _ANKLE + lift, 0.5 * lift)
-    knee = _bend_knee(body_frame, hip, ankle)
+    ankle = body_pose @ translate(0.12 * side, _ANKLE_HEIGHT + lift, 0.5 * lift)
+    knee = _bend_knee(body_pose, hip, ankle)
     foot = ellipsoid(ankle @ translate(0.0, -0.01, 0.05), (0.085, 0.06, 0.13), paints.joint)
     return [
         capsule(hip, knee, 0.058, paints.limb),
@@ -85,11 +85,11 @@ def _make_leg(
     ]
 
 
-def _bend_knee(body_frame: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
+def _bend_knee(body_pose: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
     """Return the knee, in front of the hip and the ankle and one thigh length from both."""
     hip_to_ankle = ankle[:3, 3] - hip[:3, 3]
-    knee_offset = math.sqrt(max(_THIGH**2 - float(hip_to_ankle @ hip_to_ankle) / 4, 0.0))
-    forward = body_frame[:3, 2] - hip_to_ankle * float(body_frame[:3, 2] @ hip_to_ankle) / float(
+    knee_offset = math.sqrt(max(_THIGH_LENGTH**2 - float(hip_to_ankle @ hip_to_ankle) / 4, 0.0))
+    forward = body_pose[:3, 2] - hip_to_ankle * float(body_pose[:3, 2] @ hip_to_ankle) / float(
         hip_to_ankle @ hip_to_ankle
     )
     return translate(

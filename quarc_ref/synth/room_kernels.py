@@ -110,8 +110,10 @@ def _paint_paneling(colors, x, y):
     if y > _PANELING_HEIGHT - 0.05:
         return shade(colors[2], 1.04)
     column = x / 0.5 - math.floor(x / 0.5)
-    rim = min(min(column, 1 - column) * 0.5, _PANELING_HEIGHT - 0.05 - y, y - _SKIRTING_HEIGHT)
-    return shade(colors[2], 0.86 - 0.28 * (1 - ramp(abs(rim - 0.075), 0.008, 0.025)))
+    rim_distance = min(
+        min(column, 1 - column) * 0.5, _PANELING_HEIGHT - 0.05 - y, y - _SKIRTING_HEIGHT
+    )
+    return shade(colors[2], 0.86 - 0.28 * (1 - ramp(abs(rim_distance - 0.075), 0.008, 0.025)))
 
 
 @kernel

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from quarc_ref.synth.furniture import (
     compute_opening,
     make_cabinet,
-    make_floor_pieces,
+    make_floor_objects,
     make_room,
     make_screen,
-    make_wall_pieces,
+    make_wall_objects,
 )
 from quarc_ref.synth.hall import make_hall, make_lamps
 from quarc_ref.synth.options import draw_uniform
@@ -33,8 +33,8 @@ from quarc_ref.synth.toys import (
 )
 from quarc_ref.synth.variants import PLAYROOM, Variant
 
-_TEMPO = 0.75  # seconds in the scene per second of the video
-_DELAY = 0.1  # seconds; maximum random delay of door and screen
+_BASE_TEMPO = 0.75  # seconds in the scene per second of the video
+_MAX_DELAY = 0.1  # seconds; maximum random delay of door and screen
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,32 +54,42 @@ class Scene:
 
     def at_time(self, time: float) -> Stage:
         """Return the stage at a time in the video, in seconds."""
-        time = _TEMPO * self.variant.tempo * time
+        time = _BASE_TEMPO * self.variant.tempo * time
         return self._build_hall(time) if self.variant.is_stage else self._build_playroom(time)
 
     def _build_hall(self, time: float) -> Stage:
-        robot, pattern = self.phases[5], self.phases[8]
-        groups = [*make_robot(time, robot, self.palette), make_lamps()]
-        hall = make_hall(pattern, self.palette, is_dark=self.variant.is_dark)
+        robot_phase, pattern_phase = self.phases[5], self.phases[8]
+        groups = [*make_robot(time, robot_phase, self.palette), make_lamps()]
+        hall = make_hall(pattern_phase, self.palette, is_dark=self.variant.is_dark)
         return pack_stage(groups, hall)
 
     def _build_playroom(self, time: float) -> Stage:
-        colors = self.palette
-        ball, crate, blob, mobile, train, robot, door, screen, pattern = self.phases
+        palette = self.palette
+        (
+            ball_phase,
+            crate_phase,
+            blob_phase,
+            mobile_phase,
+            train_phase,
+            robot_phase,
+            door_phase,
+            screen_phase,
+            pattern_phase,
+        ) = self.phases
         groups = [
-            *make_robot(time, robot, colors),
-            make_ball(time, ball, colors),
-            make_crate(time, crate, colors),
-            make_blob(time, blob, colors),
-            *make_train(time, train, colors),
-            make_mobile(time, mobile, colors),
-            make_cabinet(compute_opening(time, _DELAY * door), pattern, colors),
-            make_screen(compute_opening(time, _DELAY * (1 + screen)), colors),
-            *make_wall_pieces(pattern, colors),
-            *make_floor_pieces(pattern, colors),
+            *make_robot(time, robot_phase, palette),
+            make_ball(time, ball_phase, palette),
+            make_crate(time, crate_phase, palette),
+            make_blob(time, blob_phase, palette),
+            *make_train(time, train_phase, palette),
+            make_mobile(time, mobile_phase, palette),
+            make_cabinet(compute_opening(time, _MAX_DELAY * door_phase), pattern_phase, palette),
+            make_screen(compute_opening(time, _MAX_DELAY * (1 + screen_phase)), palette),
+            *make_wall_objects(pattern_phase, palette),
+            *make_floor_objects(pattern_phase, palette),
             *self._build_visitors(time),
         ]
-        return pack_stage(groups, make_room(pattern, colors))
+        return pack_stage(groups, make_room(pattern_phase, palette))
 
     def _build_visitors(self, time: float) -> list[list[Solid]]:
         return [make_balloon(time, self.palette)] if self.variant.has_visitor else []

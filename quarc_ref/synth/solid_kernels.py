@@ -40,19 +40,19 @@ def find_entry(shape, parameter, ox, oy, oz, dx, dy, dz):
         dx, dy, dz: Direction of the ray in the shape's space.
     """
     if shape == BALL:
-        return _enter_ball(ox, oy, oz, dx, dy, dz)
+        return _find_ball_entry(ox, oy, oz, dx, dy, dz)
     if shape == BOX:
-        return _enter_box(ox, oy, oz, dx, dy, dz)
+        return _find_box_entry(ox, oy, oz, dx, dy, dz)
     if shape == CYLINDER:
-        return _enter_cylinder(ox, oy, oz, dx, dy, dz)
+        return _find_cylinder_entry(ox, oy, oz, dx, dy, dz)
     if shape == CAPSULE:
-        return _enter_capsule(parameter, ox, oy, oz, dx, dy, dz)
-    return _enter_blob(parameter, ox, oy, oz, dx, dy, dz)
+        return _find_capsule_entry(parameter, ox, oy, oz, dx, dy, dz)
+    return _find_blob_entry(parameter, ox, oy, oz, dx, dy, dz)
 
 
 @inlined_kernel
 def compute_normal(shape, parameter, x, y, z):
-    """Return the outward normal at a point of a shape's surface; its length is not 1."""
+    """Return an outward normal, of any length, at a point of a shape's surface."""
     if shape == BOX:
         return _box_normal(x, y, z)
     if shape == CYLINDER:
@@ -67,14 +67,14 @@ def compute_normal(shape, parameter, x, y, z):
 
 
 @inlined_kernel
-def _enter_ball(ox, oy, oz, dx, dy, dz):
+def _find_ball_entry(ox, oy, oz, dx, dy, dz):
     a = dx * dx + dy * dy + dz * dz
     b = ox * dx + oy * dy + oz * dz
     c = ox * ox + oy * oy + oz * oz - 1
-    root = b * b - a * c
-    if root < 0 or b >= 0 or c < 0:
+    discriminant = b * b - a * c
+    if discriminant < 0 or b >= 0 or c < 0:
         return MISS
-    return (-b - math.sqrt(root)) / a
+    return (-b - math.sqrt(discriminant)) / a
 
 
 @inlined_kernel
@@ -87,7 +87,7 @@ def _intersect_slab(origin, direction):
 
 
 @inlined_kernel
-def _enter_box(ox, oy, oz, dx, dy, dz):
+def _find_box_entry(ox, oy, oz, dx, dy, dz):
     x0, x1 = _intersect_slab(ox, dx)
     y0, y1 = _intersect_slab(oy, dy)
     z0, z1 = _intersect_slab(oz, dz)
@@ -105,30 +105,30 @@ def _box_normal(x, y, z):
 
 
 @inlined_kernel
-def _enter_cylinder(ox, oy, oz, dx, dy, dz):
+def _find_cylinder_entry(ox, oy, oz, dx, dy, dz):
     a = max(dx * dx + dz * dz, _EPSILON)
     b = ox * dx + oz * dz
-    root = b * b - a * (ox * ox + oz * oz - 1)
-    if root < 0:
+    discriminant = b * b - a * (ox * ox + oz * oz - 1)
+    if discriminant < 0:
         return MISS
-    root = math.sqrt(root)
+    root = math.sqrt(discriminant)
     low, high = _intersect_slab(oy, dy)
     first, last = max((-b - root) / a, low), min((-b + root) / a, high)
     return first if 0 < first <= last else MISS
 
 
 @inlined_kernel
-def _enter_capsule(half_length, ox, oy, oz, dx, dy, dz):
+def _find_capsule_entry(half_length, ox, oy, oz, dx, dy, dz):
     a = max(dx * dx + dz * dz, _EPSILON)
     b = ox * dx + oz * dz
-    root = b * b - a * (ox * ox + oz * oz - 1)
-    if root < 0:
+    discriminant = b * b - a * (ox * ox + oz * oz - 1)
+    if discriminant < 0:
         return MISS
-    first = (-b - math.sqrt(root)) / a
+    first = (-b - math.sqrt(discriminant)) / a
     y = oy + first * dy
     if abs(y) <= half_length:
         return first if first > 0 else MISS
-    return _enter_ball(ox, oy - math.copysign(half_length, y), oz, dx, dy, dz)
+    return _find_ball_entry(ox, oy - math.copysign(half_length, y), oz, dx, dy, dz)
 
 
 @inlined_kernel
@@ -150,14 +150,14 @@ def _blob_height(phase, x, y, z):
 
 
 @inlined_kernel
-def _enter_blob(phase, ox, oy, oz, dx, dy, dz):
+def _find_blob_entry(phase, ox, oy, oz, dx, dy, dz):
     a = dx * dx + dy * dy + dz * dz
     b = ox * dx + oy * dy + oz * dz
     c = ox * ox + oy * oy + oz * oz - (1 + 2 * BLOB_SWELL) ** 2
-    root = b * b - a * c
-    if root < 0:
+    discriminant = b * b - a * c
+    if discriminant < 0:
         return MISS
-    root = math.sqrt(root)
+    root = math.sqrt(discriminant)
     t, last = max(0.0, (-b - root) / a), (-b + root) / a
     for _ in range(_MAX_BLOB_STEPS):
         if t > last:

@@ -80,39 +80,39 @@ def rotate_z(angle: float) -> Matrix:
     return _rotate(angle, 0, 1)
 
 
-def ball(frame: Matrix, radius: float, paint: Paint) -> Solid:
+def ball(pose: Matrix, radius: float, paint: Paint) -> Solid:
     """Return a ball that is centered at a pose."""
-    return ellipsoid(frame, (radius, radius, radius), paint)
+    return ellipsoid(pose, (radius, radius, radius), paint)
 
 
-def ellipsoid(frame: Matrix, radii: Vector, paint: Paint) -> Solid:
+def ellipsoid(pose: Matrix, radii: Vector, paint: Paint) -> Solid:
     """Return an ellipsoid that is centered at a pose."""
-    return Solid(BALL, frame @ scale(*radii), radii, paint)
+    return Solid(BALL, pose @ scale(*radii), radii, paint)
 
 
-def box(frame: Matrix, half_sizes: Vector, paint: Paint) -> Solid:
+def box(pose: Matrix, half_sizes: Vector, paint: Paint) -> Solid:
     """Return a box that is centered at a pose, given half its edge lengths."""
-    return Solid(BOX, frame @ scale(*half_sizes), half_sizes, paint)
+    return Solid(BOX, pose @ scale(*half_sizes), half_sizes, paint)
 
 
-def cylinder(frame: Matrix, radius: float, half_height: float, paint: Paint) -> Solid:
+def cylinder(pose: Matrix, radius: float, half_height: float, paint: Paint) -> Solid:
     """Return a cylinder around the y axis of a pose, given half its height."""
     sizes = (radius, half_height, radius)
-    return Solid(CYLINDER, frame @ scale(*sizes), sizes, paint)
+    return Solid(CYLINDER, pose @ scale(*sizes), sizes, paint)
 
 
-def blob(frame: Matrix, radii: Vector, phase: float, paint: Paint) -> Solid:
+def blob(pose: Matrix, radii: Vector, phase: float, paint: Paint) -> Solid:
     """Return an ellipsoid with a wavy surface, centered at a pose; the phase is in turns."""
-    return Solid(BLOB, frame @ scale(*radii), radii, paint, phase)
+    return Solid(BLOB, pose @ scale(*radii), radii, paint, phase)
 
 
 def capsule(start: Matrix, end: Matrix, radius: float, paint: Paint) -> Solid:
     """Return a capsule whose axis connects the positions of two poses."""
     axis = end[:3, 3] - start[:3, 3]
     length = float(np.linalg.norm(axis))
-    frame = translate(*(start[:3, 3] + axis / 2)) @ _rotate_y_to(axis / length)
+    pose = translate(*(start[:3, 3] + axis / 2)) @ _rotate_y_to(axis / length)
     sizes = (radius, radius, radius)
-    return Solid(CAPSULE, frame @ scale(*sizes), sizes, paint, length / (2 * radius))
+    return Solid(CAPSULE, pose @ scale(*sizes), sizes, paint, length / (2 * radius))
 
 
 def _rotate_y_to(axis: NDArray[np.float64]) -> Matrix:
@@ -124,9 +124,9 @@ def _rotate_y_to(axis: NDArray[np.float64]) -> Matrix:
     return matrix
 
 
-def _rotate(angle: float, first: int, second: int) -> Matrix:
+def _rotate(angle: float, first_axis: int, second_axis: int) -> Matrix:
     matrix = np.eye(4)
-    matrix[first, first] = matrix[second, second] = math.cos(angle)
-    matrix[second, first] = math.sin(angle)
-    matrix[first, second] = -math.sin(angle)
+    matrix[first_axis, first_axis] = matrix[second_axis, second_axis] = math.cos(angle)
+    matrix[second_axis, first_axis] = math.sin(angle)
+    matrix[first_axis, second_axis] = -math.sin(angle)
     return matrix

@@ -65,7 +65,10 @@ def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
         solids=rows,
         groups=np.column_stack((np.stack(spheres), starts, stops)),
         paints=np.stack(
-            [paint.as_row() for paint in (*(painted.paint for painted in solids), *room.paints)]
+            [
+                paint.as_row()
+                for paint in (*(painted_solid.paint for painted_solid in solids), *room.paints)
+            ]
         ),
         room=room.faces,
         lights=room.lights,

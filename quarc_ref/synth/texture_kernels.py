@@ -112,8 +112,8 @@ def _project_to_face(spot):
 
 @kernel
 def _paint_plain(paint, spot):
-    size = paint[3]
-    cloud = noise(spot[0] / size, spot[1] / size + paint[4], spot[2] / size)
+    cell_size = paint[3]
+    cloud = noise(spot[0] / cell_size, spot[1] / cell_size + paint[4], spot[2] / cell_size)
     return shade(paint[0], 0.86 + 0.28 * cloud)
 
 
@@ -128,7 +128,7 @@ def _paint_wood(paint, spot):
 
 
 @kernel
-def _select_band(x, share):
+def _compute_band_coverage(x, share):
     """Return 1 in a share of each period of length 1, and 0 elsewhere, with soft edges."""
     x = abs(x - math.floor(x) - 0.5)
     return 1 - ramp(x, share / 2 - 0.04, share / 2 + 0.04)
@@ -137,7 +137,7 @@ def _select_band(x, share):
 @kernel
 def _paint_stripes(paint, spot):
     first, second, _, _, _ = paint
-    return blend(first, second, _select_band(spot[1] / paint[3] + paint[4], 0.5))
+    return blend(first, second, _compute_band_coverage(spot[1] / paint[3] + paint[4], 0.5))
 
 
 @kernel
@@ -221,7 +221,7 @@ def _paint_chest(paint, spot):
     first, second, third, _, _ = paint
     x, y = spot[3], spot[4]
     if spot[5] < 0 or max(abs(x), abs(y - 0.1)) > 0.5:
-        return blend(first, second, _select_band(1.6 * y + 0.55, 0.16))
+        return blend(first, second, _compute_band_coverage(1.6 * y + 0.55, 0.16))
     if math.hypot(x, y - 0.25) < 0.17 or max(abs(x), abs(y + 0.12)) < 0.13:
         return third
     return second

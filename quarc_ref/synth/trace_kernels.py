@@ -57,7 +57,7 @@ def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_i
     for j in range(count):
         i = candidates[j]
         if _intersects_sphere(solids, i, ray, nearest_distance):
-            distance = _enter_solid(solids, i, ray)
+            distance = _find_solid_entry(solids, i, ray)
             if distance < nearest_distance:
                 nearest_distance, nearest_index = distance, i
     return nearest_distance, nearest_index
@@ -68,17 +68,17 @@ def is_occluded(solids, candidates, count, ray, limit):
     """Return whether a candidate blocks a ray within a distance limit."""
     for j in range(count):
         i = candidates[j]
-        if _intersects_sphere(solids, i, ray, limit) and _enter_solid(solids, i, ray) < limit:
+        if _intersects_sphere(solids, i, ray, limit) and _find_solid_entry(solids, i, ray) < limit:
             return True
     return False
 
 
 @inlined_kernel
-def hit_wall(room, ray):
+def find_wall_hit(room, ray):
     """Return the distance and the index of the wall that a ray from inside the room hits."""
-    x, x_face = _hit_wall_along(room, 0, ray[0], ray[3])
-    y, y_face = _hit_wall_along(room, 2, ray[1], ray[4])
-    z, z_face = _hit_wall_along(room, 4, ray[2], ray[5])
+    x, x_face = _find_wall_hit_along(room, 0, ray[0], ray[3])
+    y, y_face = _find_wall_hit_along(room, 2, ray[1], ray[4])
+    z, z_face = _find_wall_hit_along(room, 4, ray[2], ray[5])
     if x <= y and x <= z:
         return x, x_face
     return (y, y_face) if y <= z else (z, z_face)
@@ -95,10 +95,10 @@ def to_shape_space(solids, i, x, y, z, homogeneous):
 
 
 @inlined_kernel
-def _hit_wall_along(room, first, origin, direction):
+def _find_wall_hit_along(room, first_face, origin, direction):
     if abs(direction) < _EPSILON:
-        return MISS, first
-    face = first + 1 if direction > 0 else first
+        return MISS, first_face
+    face = first_face + 1 if direction > 0 else first_face
     return (room[face] - origin) / direction, face
 
 
@@ -132,7 +132,7 @@ def _intersects_sphere(spheres, i, ray, limit):
 
 
 @inlined_kernel
-def _enter_solid(solids, i, ray):
+def _find_solid_entry(solids, i, ray):
     ox, oy, oz = to_shape_space(solids, i, ray[0], ray[1], ray[2], 1.0)
     dx, dy, dz = to_shape_space(solids, i, ray[3], ray[4], ray[5], 0.0)
     return find_entry(int(solids[i, 16]), solids[i, 17], ox, oy, oz, dx, dy, dz)

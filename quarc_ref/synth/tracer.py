@@ -10,12 +10,12 @@ from quarc_ref.synth.render_kernels import measure_depths, render_picture
 from quarc_ref.synth.rig import RigCamera
 from quarc_ref.synth.stage import Stage
 
-_NOISE = 0.002  # meters; standard deviation of point positions
+_POINT_NOISE = 0.002  # meters; standard deviation of the error of point positions
 _LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # standard deviation of 0.58 pixels, similar to a good lens
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class TracedView:
     """A stage rendered for a camera.
 
     Attributes:
@@ -29,14 +29,14 @@ class View:
     max_depth: float
 
 
-def trace_view(stage: Stage, camera: RigCamera) -> View:
+def trace_view(stage: Stage, camera: RigCamera) -> TracedView:
     """Render a stage for a camera."""
     light = np.empty((camera.height, camera.width, 3))
     depths = np.empty((camera.height, camera.width, 2))
     render_picture(stage, camera.as_row(), light, depths)
     recorded_light = _blur(_blur(light, axis=0), axis=1) @ camera.color_matrix.T
-    picture = _encode(np.clip(recorded_light, 0, 1))
-    return View(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
+    picture = _encode_srgb(np.clip(recorded_light, 0, 1))
+    return TracedView(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
 
 
 def trace_points(
@@ -56,7 +56,9 @@ def trace_points(
     pixels = np.stack((columns, rows), axis=1).astype(np.float64) + 0.5
     depths = np.empty(count)
     measure_depths(stage, camera.as_row(), pixels, depths)
-    positions = camera.to_world(pixels, depths) + _NOISE * generator.standard_normal((count, 3))
+    positions = camera.to_world(pixels, depths) + _POINT_NOISE * generator.standard_normal(
+        (count, 3)
+    )
     return Points(positions.astype(np.float32), picture[rows, columns])
 
 
@@ -70,7 +72,7 @@ def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
     return left_weight * parts[0] + center_weight * parts[1] + right_weight * parts[2]
 
 
-def _encode(light: NDArray[np.float64]) -> Image:
+def _encode_srgb(light: NDArray[np.float64]) -> Image:
     """Encode linear light as sRGB."""
     power_law = 1.055 * np.power(light, 1 / 2.4) - 0.055
     encoded = np.where(light <= 0.0031308, 12.92 * light, power_law)

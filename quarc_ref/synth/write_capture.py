@@ -22,7 +22,7 @@ from quarc_ref.synth.stage import Stage
 from quarc_ref.synth.tracer import trace_points, trace_view
 from quarc_ref.synth.write_video import write_video
 
-_POINTS = 8000
+_POINT_COUNT = 8000
 
 
 def write_synthetic_capture(
@@ -52,7 +52,7 @@ def fill_synthetic_capture(
     folder: OutputFolder, options: SynthOptions, progress: Callable[[int, int], None]
 ) -> None:
     """Write a synthetic capture to an open output folder; see `write_synthetic_capture`."""
-    scene, cameras = make_scene(options.seed, options.scene), place_cameras(options)
+    scene, cameras = make_scene(options.seed, options.scene_variant), place_cameras(options)
     stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
     total = len(cameras) * len(stages)
     first_pictures, poses = [], []
@@ -65,7 +65,7 @@ def fill_synthetic_capture(
             pictures = [view.picture for view in views]
             write_video(folder.add(f"cam{index:02}.mp4"), pictures, options)
             poses.append(
-                camera.as_pose(
+                camera.as_poses_bounds_row(
                     min(camera_view.min_depth for camera_view in views),
                     max(camera_view.max_depth for camera_view in views),
                 )
@@ -73,16 +73,16 @@ def fill_synthetic_capture(
             first_pictures.append(pictures[0])
     with folder.open("poses_bounds.npy") as file:
         np.save(file, np.stack(poses))
-    points = _find_points(stages[0], cameras[1:], first_pictures[1:], options.seed)
+    points = _sample_points(stages[0], cameras[1:], first_pictures[1:], options.seed)
     write_points_ply(folder.add("points3D_init.ply"), points)
 
 
-def _find_points(
+def _sample_points(
     stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
 ) -> Points:
     """Sample points on the surfaces that the cameras see, the same number for each camera."""
     generator = make_generator(seed, "points")
-    points_per_camera = -(-_POINTS // len(cameras))
+    points_per_camera = -(-_POINT_COUNT // len(cameras))
     return join_points(
         [
             trace_points(stage, camera, picture, points_per_camera, generator)

@@ -13,7 +13,7 @@ from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from quarc_ref.files import atomic_file
 from quarc_ref.synth.options import SynthOptions
 
-_X264 = {"crf": "10", "preset": "medium", "threads": "1", "x264-params": "asm=0"}
+_X264_OPTIONS = {"crf": "10", "preset": "medium", "threads": "1", "x264-params": "asm=0"}
 
 
 def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) -> None:
@@ -27,6 +27,8 @@ def write_video(path: Path, pictures: Iterable[Image], options: SynthOptions) ->
     Raises:
         OSError: FFmpeg has no H.264 encoder, or the file cannot be written.
     """
-    form = VideoFormat(options.width, options.height, Fraction(options.frames_per_second), _X264)
+    video_format = VideoFormat(
+        options.width, options.height, Fraction(options.frames_per_second), _X264_OPTIONS
+    )
     with atomic_file(path) as sink:
-        write_video_file(sink, pictures, form)
+        write_video_file(sink, pictures, video_format)

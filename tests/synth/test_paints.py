@@ -24,8 +24,8 @@ def test_colors_of_every_seed_are_colors_of_a_surface(seed):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_toys_of_every_seed_differ_in_color(seed):
-    toys = np.array(choose_palette(seed).toys) ** (1 / 2.2)
-    distances = np.linalg.norm(toys[:, None] - toys, axis=2)[np.triu_indices(6, 1)]
+    toy_colors = np.array(choose_palette(seed).toy_colors) ** (1 / 2.2)
+    distances = np.linalg.norm(toy_colors[:, None] - toy_colors, axis=2)[np.triu_indices(6, 1)]
 
     assert distances.min() > 0.1
 

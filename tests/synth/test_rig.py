@@ -47,7 +47,7 @@ def test_every_camera_has_the_stage_in_the_center_of_its_picture():
 
 def test_a_pose_is_down_right_backwards_and_center_then_height_width_focal():
     camera = place_cameras(SynthOptions(width=64, height=48))[3]
-    pose = camera.as_pose(2.0, 5.0)
+    pose = camera.as_poses_bounds_row(2.0, 5.0)
     down, right, backwards, center, size = pose[:15].reshape(3, 5).T
 
     np.testing.assert_array_equal(np.stack((right, down, -backwards)), camera.axes)

@@ -5,7 +5,7 @@ from quarc_ref.synth.furniture import make_room
 from quarc_ref.synth.paints import Paint, choose_palette
 from quarc_ref.synth.solids import ball, translate
 from quarc_ref.synth.stage import pack_stage
-from quarc_ref.synth.trace_kernels import hit_wall, list_candidates
+from quarc_ref.synth.trace_kernels import find_wall_hit, list_candidates
 
 _PAINT = Paint(0, (0.5,) * 3, (0.5,) * 3, (0.5,) * 3)
 _ROOM = np.array([-3.0, 3.0, 0.0, 2.0, -4.0, 4.0])
@@ -22,7 +22,7 @@ def _segment_distances(start, end, centers):
     [((1.0, 0.0, 0.0), 3.0, 1), ((0.0, -1.0, 0.0), 1.0, 2), ((0.0, 0.6, -0.8), 1 / 0.6, 3)],
 )
 def test_a_ray_leaves_the_room_through_the_nearest_wall(direction, distance, face):
-    hit = hit_wall(_ROOM, (0.0, 1.0, 0.0, *direction))
+    hit = find_wall_hit(_ROOM, (0.0, 1.0, 0.0, *direction))
 
     assert hit == (pytest.approx(distance), face)
 
