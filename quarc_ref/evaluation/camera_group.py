@@ -19,7 +19,7 @@ class CameraGroup:
 
     Args:
         capture: Capture whose pictures are the ground truth.
-        cameras: Cameras for rendering, in the order of the capture; see `measure_views`.
+        cameras: Cameras for which to render, in the order of the capture; see `measure_views`.
         indices: Indices, in `cameras`, of the cameras that form the group.
         correction: Color correction; the names of corrected metrics contain its prefix.
         lpips: LPIPS metric; None to omit it.

@@ -81,7 +81,7 @@ class CameraMeter:
         return corrected
 
     def _find_regions(self, view: View) -> tuple[Mask | None, Mask | None]:
-        """Return `[H, W]` masks of the moving and the static pixels, without masked pixels."""
+        """Return `[H, W]` masks of the unmasked moving pixels and the unmasked static pixels."""
         if self._background is None:
             return None, None
         moving = find_moving_region(view.image, self._background, view.mask)

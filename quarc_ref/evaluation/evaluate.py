@@ -38,7 +38,7 @@ class Evaluation:
 
     Attributes:
         summary: Summary of the stream.
-        quality: Metrics.
+        quality: Metrics of all measured cameras and frames.
         frames: Ordinals of the measured frames.
         shown_views: First, middle and last view of the first held-out camera.
         protocol: Conditions of the measurement.

@@ -43,7 +43,7 @@ class Quality:
 
     @property
     def ssim(self) -> tuple[float, ...]:
-        """`ssim_inria` of every frame, averaged over the cameras."""
+        """SSIM (`ssim_inria`) of every frame, averaged over the cameras."""
         return self._list_frame_values("ssim")
 
     def count_equal_views(self) -> tuple[int, int]:

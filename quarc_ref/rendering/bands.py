@@ -1,4 +1,4 @@
-"""Renders pictures in bands and slices, which bounds the use of memory.
+"""Renders pictures in bands and slices to limit the use of memory.
 
 A band consists of rows of tiles. A slice consists of Gaussians that are consecutive in depth
 order and intersect a limited number of tiles. Each Gaussian forms a pair with every tile that

@@ -5,7 +5,7 @@ every list is sorted. A Gaussian is listed in the tiles and rows that its ellips
 its bounding box may intersect more. The alpha of the Gaussian is below 1/255 at all other
 pixels, so tiling does not change the picture.
 
-A band is a tuple: its first row of tiles, its end row (exclusive), and the number of tiles
+A band is a tuple of its first row of tiles, its end row (exclusive), and the number of tiles
 per row. Floats are clamped before they are converted to integers, and Gaussians with
 non-finite values are assigned to no tile, because conversions of NaN and of values out of
 range have different results on different machines.

@@ -22,7 +22,7 @@ _DEGREE_3 = (
 def fold_harmonics(
     sh: Float32, positions: Float32, camera_position: NDArray[np.float64]
 ) -> Float32:
-    """Convert SH of higher degrees to SH DC with the same colors for one camera.
+    """Convert SH of higher degrees to SH DC that gives the same colors for one camera.
 
     Args:
         sh: `[N, K, 3]` coefficients, where K is 9 or 16.

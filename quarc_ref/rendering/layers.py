@@ -1,7 +1,7 @@
 """Adds Gaussians to a picture by rendering only the tiles that they intersect.
 
-The result is bit-identical to rendering all Gaussians together, because the lists of
-these tiles are the same, and tiles without added Gaussians do not change.
+The result is bit-identical to rendering all Gaussians together, because the
+rendered tiles have the same lists, and tiles without added Gaussians do not change.
 """
 
 from dataclasses import dataclass

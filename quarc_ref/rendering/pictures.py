@@ -1,4 +1,4 @@
-"""Renders decoded frames for evaluation and players; it does not need torch."""
+"""Renders decoded frames for evaluation and players; does not need torch."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -22,7 +22,7 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
 
     Args:
         splats: Splats of a frame; SH of other methods may have degrees up to 3.
-        camera: The camera. Gaussians closer than a fixed fraction of its near plane distance are
+        camera: The camera. Gaussians closer than a fixed fraction of its near-plane distance are
             not rendered (SPEC 10.3).
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)

@@ -1,8 +1,8 @@
 """The CUDA backend: gsplat's rasterizer with the interface `rasterizer.Rasterizer`.
 
 gsplat (Apache-2.0) compiles its kernels at the first call, which requires nvcc from a CUDA
-toolkit. It follows the conventions of SPEC 10.3. Opacities are clamped before the call, so gsplat's
-alpha clamp, which differs between versions, has no effect.
+toolkit. The backend follows the conventions of SPEC 10.3. Opacities are clamped before the
+call, so gsplat's alpha clamp, which differs between versions, has no effect.
 """
 
 import torch

@@ -87,7 +87,7 @@ class Rasterizer(Protocol):
 
         Args:
             gaussians: Gaussians on the rasterizer's device.
-            camera: The camera; Gaussians closer than a fixed fraction of its near plane distance
+            camera: The camera; Gaussians closer than a fixed fraction of its near-plane distance
                 are culled (SPEC 10.3).
             background: `[3]` background color.
         """

@@ -2,8 +2,8 @@
 
 Pictures are padded with zeros. 3DGS and its successors use this variant of SSIM, which reports
 call `ssim_inria`. A picture is an array of rows of interleaved colors, so every loop runs over
-contiguous memory, and neighboring pixels are three numbers apart. One thread processes each
-row, so results do not depend on the number of threads.
+contiguous memory, and neighboring pixels are three numbers apart. Each row is processed
+by one thread, so results do not depend on the number of threads.
 """
 
 import math
@@ -125,7 +125,12 @@ def _compute_ssim_row(rows, block):
 
 @parallel_kernel
 def ssim_moments(picture, moments):
-    """Compute `[2, H, 3 W]` moments of a picture `[H, 3 W]`: it and its square, both filtered."""
+    """Compute the moments of a picture: the filtered picture and its filtered square.
+
+    Args:
+        picture: `[H, 3 W]` picture.
+        moments: `[2, H, 3 W]` output: the moments.
+    """
     height, width = picture.shape
     for y in numba.prange(height):
         sums = np.zeros((2, width + 6 * RADIUS), dtype=np.float32)

@@ -1,7 +1,7 @@
 """The cameras of a synthetic capture, and their rows of `poses_bounds.npy`.
 
-The cameras are on an arc around the stage, at alternating heights, and look at its center.
-The first camera, which is held out, is halfway between two other cameras.
+The cameras are on an arc around the stage, at alternating heights, and look at the center of
+the stage. The first camera, which is held out, is halfway between two other cameras.
 """
 
 import math

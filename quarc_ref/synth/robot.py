@@ -36,7 +36,7 @@ class _Paints(NamedTuple):
 
 
 def make_robot(time: float, phase: float, palette: Palette) -> list[list[Solid]]:
-    """Return two groups of solids, lower and upper body, of the robot at a time in seconds."""
+    """Return the solids of the robot at a time in seconds, grouped into lower and upper body."""
     paints = _choose_paints(time, phase, palette)
     stride = wave(time, _STEP_SECONDS, phase)
     body_pose = translate(0.13 * wave(time, 1.6, phase), 0.0, -0.2) @ rotate_y(

@@ -93,7 +93,7 @@ def paint_bricks(colors, phase, x, y):
 
 @kernel
 def paint_wallpaper(colors, phase, x, y):
-    """Return the color of a wall; `colors` are two of the wallpaper and one of the paneling."""
+    """Return the color of a wall; `colors` are two wallpaper colors and a paneling color."""
     if y < _PANELING_HEIGHT:
         return _add_skirting(_paint_paneling(colors, x, y), y)
     stripe = (x + phase) / _STRIPE_WIDTH

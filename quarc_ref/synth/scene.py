@@ -39,7 +39,7 @@ _MAX_DELAY = 0.1  # seconds; maximum random delay of door and screen
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """A scene with the random choices of its seed.
+    """A scene with its randomly chosen palette and phases.
 
     Attributes:
         palette: Colors of the scene.

@@ -44,7 +44,7 @@ def list_candidates(stage, candidates, start, start_radius, end, end_radius):
 
 @inlined_kernel
 def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_index):
-    """Return distance and index of the nearest hit, either of a candidate or an earlier one.
+    """Return distance and index of the nearest surface hit, which may be the earlier hit.
 
     Args:
         solids: Solids of the stage.
@@ -86,7 +86,7 @@ def find_wall_hit(room, ray):
 
 @inlined_kernel
 def to_shape_space(solids, i, x, y, z, homogeneous):
-    """Map a point (`homogeneous` is 1) or a direction (0) to the space of a solid's shape."""
+    """Map a point (`homogeneous` = 1) or a direction (`homogeneous` = 0) to the shape's space."""
     return (
         solids[i, 4] * x + solids[i, 5] * y + solids[i, 6] * z + solids[i, 7] * homogeneous,
         solids[i, 8] * x + solids[i, 9] * y + solids[i, 10] * z + solids[i, 11] * homogeneous,

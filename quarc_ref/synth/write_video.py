@@ -1,4 +1,4 @@
-"""Writes the video of a synthetic camera as reproducible bytes.
+"""Writes the video of a synthetic camera; the same pictures give the same bytes.
 
 x264 runs on one thread and without assembly code. With assembly code, about one run in several
 hundred produces different bytes.

@@ -1,4 +1,4 @@
-"""Computes Bjontegaard deltas: mean differences in rate at equal quality, and vice versa.
+"""Computes Bjontegaard deltas: differences in rate at equal quality and in quality at equal rate.
 
 The package `bjontegaard` computes the deltas with Akima interpolation, the most robust of
 its interpolation methods (Herglotz et al., ICIP 2022).

@@ -148,7 +148,7 @@ def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> 
 
 
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
-    """Return the cameras of all streams, or those of the capture if no entry is a stream."""
+    """Return the cameras that all streams share, or the capture's if no entry is a stream."""
     if not streams:
         if capture is None:
             message = "no entry is a stream, so --capture is needed to define the cameras"

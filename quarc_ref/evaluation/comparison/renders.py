@@ -1,7 +1,7 @@
-"""Opens folders of pictures that another renderer made as entries.
+"""Opens folders of pictures, which come from other renderers, as entries of a comparison.
 
 The folder has PNG or JPEG files: `CAMERA/FRAME.png`, `FRAME/CAMERA.png`, or `FRAME.png`
-for a single camera. The last number in the name of a file or folder `FRAME` is its ordinal.
+for a single camera. The last number in the name `FRAME` is the ordinal of the frame.
 """
 
 from collections.abc import Collection, Mapping

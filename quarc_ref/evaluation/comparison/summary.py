@@ -33,7 +33,8 @@ class PairedDifference:
     """PSNR of a point minus PSNR of the first point, compared view by view.
 
     Attributes:
-        psnr: Differences over all pairs, dB; a pair is two views of the same camera and frame.
+        psnr: Mean and deviation of the differences over all pairs, dB. A pair consists of two
+            views of the same camera and frame.
         better_share: Share of the pairs in which the point has the higher PSNR.
         pair_count: Number of pairs.
     """
@@ -167,7 +168,7 @@ def compute_spread(numbers: Sequence[float]) -> Spread:
 def compute_paired_difference(
     runs: Sequence[MeasuredEntry], reference_runs: Sequence[MeasuredEntry]
 ) -> PairedDifference:
-    """Return the PSNR differences between the views of two points, averaged over their runs."""
+    """Return the PSNR differences between the views of two points, after averaging over runs."""
     psnr, reference_psnr = _list_view_psnr(runs), _list_view_psnr(reference_runs)
     differences = [
         psnr_value - reference_value
