@@ -66,11 +66,11 @@ class CameraMeter:
             f"{prefix}_psnr": measure_psnr(corrected, view.truth, view.mask),
             f"{prefix}_ssim": measure_ssim(corrected, view.truth, view.mask),
         }
-        moving, static = self._find_regions(view)
-        for region, mask in (("moving", moving), ("static", static)):
+        moving_mask, static_mask = self._find_regions(view)
+        for region, mask in (("moving", moving_mask), ("static", static_mask)):
             metrics[f"{region}_psnr"] = _measure_masked_psnr(mask, view.decoded, view.truth)
             metrics[f"{region}_{prefix}_psnr"] = _measure_masked_psnr(mask, corrected, view.truth)
-        return metrics | self._measure_flicker(view, static)
+        return metrics | self._measure_flicker(view, static_mask)
 
     def _correct(self, view: View) -> Picture:
         """Return the rendering after a color correction that is fitted to the unmasked pixels."""
@@ -84,20 +84,23 @@ class CameraMeter:
         """Return `[H, W]` masks of the unmasked moving pixels and the unmasked static pixels."""
         if self._background is None:
             return None, None
-        moving = find_moving_region(view.image, self._background, view.mask)
+        moving_mask = find_moving_region(view.image, self._background, view.mask)
         if view.mask is None:
-            return moving, ~moving
-        return moving & view.mask, ~moving & view.mask
+            return moving_mask, ~moving_mask
+        return moving_mask & view.mask, ~moving_mask & view.mask
 
-    def _measure_flicker(self, view: View, static: Mask | None) -> Measures:
-        previous, self._previous = self._previous, None if static is None else (view, static)
-        if previous is None or static is None:
+    def _measure_flicker(self, view: View, static_mask: Mask | None) -> Measures:
+        previous, self._previous = (
+            self._previous,
+            None if static_mask is None else (view, static_mask),
+        )
+        if previous is None or static_mask is None:
             return {"flicker": None, "truth_flicker": None}
-        previous_view, previous_static = previous
-        static = static & previous_static
+        previous_view, previous_static_mask = previous
+        static_mask = static_mask & previous_static_mask
         return {
-            "flicker": _measure_change(static, view.decoded, previous_view.decoded),
-            "truth_flicker": _measure_change(static, view.truth, previous_view.truth),
+            "flicker": _measure_change(static_mask, view.decoded, previous_view.decoded),
+            "truth_flicker": _measure_change(static_mask, view.truth, previous_view.truth),
         }
 
 

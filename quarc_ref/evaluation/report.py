@@ -66,7 +66,7 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
             f"Rendered from the decoded stream and measured on {held_out}, held out from training. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
         ),
-        "figures": _compose_figures(evaluation),
+        "figures": _compose_key_figures(evaluation),
         "cameras_table": _compose_cameras(evaluation.quality),
         "views": "".join(_compose_view(view, pictures) for view in evaluation.shown_views),
         "frames_plot": embed_png(pictures["frames.png"]),
@@ -78,10 +78,10 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     return fill_page(template, parts)
 
 
-def _compose_figures(evaluation: Evaluation) -> str:
+def _compose_key_figures(evaluation: Evaluation) -> str:
     summary, quality = evaluation.summary, evaluation.quality
     rates = summary.kilobytes_per_frame()
-    figures = {
+    key_figures = {
         "PSNR, mean": f"{np.mean(quality.psnr):.2f} dB",
         "PSNR, first frame": f"{quality.psnr[0]:.2f} dB",
         "PSNR, worst frame": f"{min(quality.psnr):.2f} dB",
@@ -91,7 +91,9 @@ def _compose_figures(evaluation: Evaluation) -> str:
         "Gaussians": f"{summary.frames[-1].gaussians:,}",
         "whole stream": f"{summary.total_bytes:,} bytes",
     }
-    return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
+    return "".join(
+        f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in key_figures.items()
+    )
 
 
 def _compose_cameras(quality: Quality) -> str:

@@ -83,10 +83,10 @@ def make_view(
         mask: `[H, W]` mask of the pixels to use; None for all pixels.
     """
     truth = image.astype(np.float32) / np.float32(255)
-    return compare_pictures(frame, camera, image, truth, picture, mask)
+    return make_view_with_truth(frame, camera, image, truth, picture, mask)
 
 
-def compare_pictures(  # noqa: PLR0913, all are parts of the view
+def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
     frame: int,
     camera: str,
     image: Image,

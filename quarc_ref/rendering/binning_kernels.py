@@ -159,10 +159,10 @@ def count_tiles(means2d, conics, max_exponents, band):
         if not max_exponents[i] > _0:
             continue
         ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
-        first_row, last_row = _find_tile_rows(ellipse, top, bottom)
-        for row in range(first_row, last_row):
-            first, last = _find_tile_columns(row, ellipse, columns)
-            counts[i] += max(last - first, 0)
+        first_row, end_row = _find_tile_rows(ellipse, top, bottom)
+        for row in range(first_row, end_row):
+            first, end = _find_tile_columns(row, ellipse, columns)
+            counts[i] += max(end - first, 0)
     return counts
 
 
@@ -187,10 +187,10 @@ def list_tiles(means2d, conics, max_exponents, starts, band):
             continue
         position = starts[i]
         ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
-        first_row, last_row = _find_tile_rows(ellipse, top, bottom)
-        for row in range(first_row, last_row):
-            first, last = _find_tile_columns(row, ellipse, columns)
-            for column in range(first, last):
+        first_row, end_row = _find_tile_rows(ellipse, top, bottom)
+        for row in range(first_row, end_row):
+            first, end = _find_tile_columns(row, ellipse, columns)
+            for column in range(first, end):
                 tiles[position] = (row - top) * columns + column
                 rows[position, 0], rows[position, 1] = _find_pixel_rows(row, column, ellipse)
                 position += 1

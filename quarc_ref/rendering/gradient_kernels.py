@@ -27,11 +27,11 @@ _HALF = np.float32(0.5)
 
 
 @fused_kernel
-def _blend_fixed_gaussian(rows, first, last, dx, dy, conic, opacity, color):
+def _blend_fixed_gaussian(rows, first, end, dx, dy, conic, opacity, color):
     """Blend a Gaussian that needs no gradients into rows of a tile."""
     a, b, c = conic
     r, g, b_ = color
-    for y in range(first, last):
+    for y in range(first, end):
         row = rows[y]
         e = dy + np.float32(y)
         linear, constant = b * e, c * e * e
@@ -45,25 +45,26 @@ def _blend_fixed_gaussian(rows, first, last, dx, dy, conic, opacity, color):
 
 
 @fused_kernel
-def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
-    """Blend a Gaussian into rows of a tile, and add its gradients to the lanes.
+def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums):
+    """Blend a Gaussian into rows of a tile, and add its gradients to the column sums.
 
     Args:
         rows: State of all rows of the tile, as in `_composite_backward`; modified in place.
         first: First row into which the Gaussian is blended.
-        last: End row (exclusive).
+        end: End row (exclusive).
         dx: Horizontal offset of the tile's first column from the Gaussian's center.
         dy: Vertical offset of the tile's first row from the Gaussian's center.
         conic: Coefficients a / 2, b and c / 2 of the conic.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
-        lanes: `[9 TILE]` nine sums over the rows for every column. The first six are modified:
-            sums of q, q e, q e^2 and of the gradients of red, green and blue. Here, q is the
-            gradient of the exponent, and e is the vertical offset of the row from the center.
+        column_sums: `[9 TILE]` nine sums over the rows for every column. The first six are
+            modified: sums of q, q e, q e^2 and of the gradients of red, green and blue. Here, q
+            is the gradient of the exponent, and e is the vertical offset of the row from the
+            Gaussian's center.
     """
     a, b, c = conic
     r, g, b_ = color
-    for y in range(first, last):
+    for y in range(first, end):
         row = rows[y]
         e = dy + np.float32(y)
         linear, constant = b * e, c * e * e
@@ -81,32 +82,32 @@ def _add_gradients(rows, first, last, dx, dy, conic, opacity, color, lanes):
             q = alpha * remaining / (_1 - alpha) - w * value
             q = q if is_blended & (alpha < MAX_ALPHA) else _0
             qe = q * e
-            lanes[x] += q
-            lanes[TILE + x] += qe
-            lanes[2 * TILE + x] += qe * e
-            lanes[3 * TILE + x] += w * g_red
-            lanes[4 * TILE + x] += w * g_green
-            lanes[5 * TILE + x] += w * g_blue
+            column_sums[x] += q
+            column_sums[TILE + x] += qe
+            column_sums[2 * TILE + x] += qe * e
+            column_sums[3 * TILE + x] += w * g_red
+            column_sums[4 * TILE + x] += w * g_green
+            column_sums[5 * TILE + x] += w * g_blue
 
 
 @fused_kernel
-def _finish_gradients(lanes, dx, conic, opacity, pair):
+def _finish_gradients(column_sums, dx, conic, opacity, pair):
     """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
     for x in range(TILE):
         d = dx + np.float32(x)
-        lanes[6 * TILE + x] = lanes[x] * d
-        lanes[7 * TILE + x] = lanes[x] * d * d
-        lanes[8 * TILE + x] = lanes[TILE + x] * d
-    sx, sy = _sum_lanes(lanes, 6), _sum_lanes(lanes, 1)
-    pair[8] = -_sum_lanes(lanes, 0) / opacity
+        column_sums[6 * TILE + x] = column_sums[x] * d
+        column_sums[7 * TILE + x] = column_sums[x] * d * d
+        column_sums[8 * TILE + x] = column_sums[TILE + x] * d
+    sx, sy = _sum_columns(column_sums, 6), _sum_columns(column_sums, 1)
+    pair[8] = -_sum_columns(column_sums, 0) / opacity
     pair[0] = -_2 * a * sx - b * sy
     pair[1] = -_2 * c * sy - b * sx
-    pair[2] = _HALF * _sum_lanes(lanes, 7)
-    pair[3] = _sum_lanes(lanes, 8)
-    pair[4] = _HALF * _sum_lanes(lanes, 2)
+    pair[2] = _HALF * _sum_columns(column_sums, 7)
+    pair[3] = _sum_columns(column_sums, 8)
+    pair[4] = _HALF * _sum_columns(column_sums, 2)
     for k in range(3):
-        pair[5 + k] = _sum_lanes(lanes, 3 + k)
+        pair[5 + k] = _sum_columns(column_sums, 3 + k)
 
 
 @fused_kernel
@@ -125,31 +126,31 @@ def _composite_backward(
             color, weighted by the gradient; the gradients of red, green, blue and alpha.
         pairs: `[n, 9]` output: gradients of mean (2), conic (3), color (3), opacity (1).
     """
-    lanes = np.empty(9 * TILE, dtype=np.float32)
-    size = indices.size
-    while size > 0 and indices[size - 1] < fixed_count:
-        size -= 1
-    for k in range(size):
+    column_sums = np.empty(9 * TILE, dtype=np.float32)
+    entry_count = indices.size
+    while entry_count > 0 and indices[entry_count - 1] < fixed_count:
+        entry_count -= 1
+    for k in range(entry_count):
         if k % OPACITY_CHECK_INTERVAL == 0 and is_tile_opaque(rows):
             pairs[k:] = _0
             break
         i = indices[k]
-        first, last = pixel_rows[k, 0], pixel_rows[k, 1]
+        first, end = pixel_rows[k, 0], pixel_rows[k, 1]
         conic = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         color = colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
         if i < fixed_count:
-            _blend_fixed_gaussian(rows, first, last, dx, dy, conic, opacities[i], color)
+            _blend_fixed_gaussian(rows, first, end, dx, dy, conic, opacities[i], color)
         else:
-            lanes[:] = _0
-            _add_gradients(rows, first, last, dx, dy, conic, opacities[i], color, lanes)
-            _finish_gradients(lanes, dx, conic, opacities[i], pairs[k])
+            column_sums[:] = _0
+            _add_gradients(rows, first, end, dx, dy, conic, opacities[i], color, column_sums)
+            _finish_gradients(column_sums, dx, conic, opacities[i], pairs[k])
 
 
 @kernel
-def _sum_lanes(lanes, k):
-    """Return the sum of row k of the lanes; the pairwise summation overwrites the row."""
-    row = lanes[k * TILE : (k + 1) * TILE]
+def _sum_columns(column_sums, k):
+    """Return the sum of row k of the column sums; the pairwise summation overwrites the row."""
+    row = column_sums[k * TILE : (k + 1) * TILE]
     for x in range(8):
         row[x] += row[x + 8]
     for x in range(4):

@@ -78,11 +78,11 @@ def _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, 
         if k % OPACITY_CHECK_INTERVAL == 0 and is_tile_opaque(rows):
             break
         i = indices[k]
-        first, last = pixel_rows[k, 0], pixel_rows[k, 1]
+        first, end = pixel_rows[k, 0], pixel_rows[k, 1]
         a, b, c = _HALF * conics[i, 0], conics[i, 1], _HALF * conics[i, 2]
         opacity, r, g, b_ = opacities[i], colors[i, 0], colors[i, 1], colors[i, 2]
         dx, dy = x0 + _HALF - means2d[i, 0], y0 + _HALF - means2d[i, 1]
-        for y in range(first, last):
+        for y in range(first, end):
             row = rows[y]
             e = dy + np.float32(y)
             linear, constant = b * e, c * e * e

@@ -38,7 +38,7 @@ class TorchRasterizer:
         means2d = _project_means(safe_points, camera)
         covariances = _project_covariances(gaussians, rotation, safe_points, camera)
         colors = _shade(gaussians, rotation, camera)
-        splats = (means2d, covariances, gaussians.opacities, colors)
+        projected_splats = (means2d, covariances, gaussians.opacities, colors)
         with torch.no_grad():
             is_drawn = is_drawn & _find_finite_rows(
                 means2d, covariances, colors, torch.linalg.det(covariances)[:, None]
@@ -47,7 +47,7 @@ class TorchRasterizer:
             order = torch.argsort(depths, stable=True)
             order = order[is_drawn[order]]
             radii = torch.where(is_drawn, _compute_radii(covariances), 0)
-        image, alpha = _composite(splats, order, camera, background)
+        image, alpha = _composite(projected_splats, order, camera, background)
         return Rendering(image, alpha, means2d, radii)
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
@@ -114,9 +114,9 @@ def _compute_radii(covariances: Tensor) -> Tensor:
 
 
 def _composite(
-    splats: tuple[Tensor, ...], order: Tensor, camera: Camera, background: Tensor
+    projected_splats: tuple[Tensor, ...], order: Tensor, camera: Camera, background: Tensor
 ) -> tuple[Tensor, Tensor]:
-    means2d, covariances, opacities, _ = splats
+    means2d, covariances, opacities, _ = projected_splats
     with torch.no_grad():
         doubled_exponents = 2 * torch.log(opacities.clamp(min=_MIN_ALPHA) / _MIN_ALPHA)
         extent = torch.sqrt(
@@ -132,17 +132,19 @@ def _composite(
             right = min(left + _TILE, camera.width)
             tile_order = row_order[(high[row_order, 0] >= left) & (low[row_order, 0] <= right)]
             box = (left, right, top, bottom)
-            tiles.append(_composite_tile([part[tile_order] for part in splats], box, background))
+            tiles.append(
+                _composite_tile([part[tile_order] for part in projected_splats], box, background)
+            )
         strips.append(torch.cat(tiles, dim=1))
     picture = torch.cat(strips, dim=0)
     return picture[..., :3], picture[..., 3]
 
 
 def _composite_tile(
-    splats: list[Tensor], box: tuple[int, int, int, int], background: Tensor
+    projected_splats: list[Tensor], box: tuple[int, int, int, int], background: Tensor
 ) -> Tensor:
     """Return `[h, w, 4]` color and alpha of a tile; Gaussians must be sorted by depth."""
-    means2d, covariances, opacities, colors = splats
+    means2d, covariances, opacities, colors = projected_splats
     left, right, top, bottom = box
     y = torch.arange(top, bottom, dtype=means2d.dtype, device=means2d.device) + 0.5
     x = torch.arange(left, right, dtype=means2d.dtype, device=means2d.device) + 0.5

@@ -16,7 +16,7 @@ from quarc_ref.synth.stage import Room
 
 _LAMP_LIGHT = (13.0, 12.2, 11.0)
 _BLACK = (0.006, 0.006, 0.007)
-_LAMP_COUNT = 7
+_SMALL_LAMP_COUNT = 7
 
 
 def make_hall(phase: float, palette: Palette, *, is_dark: bool) -> Room:
@@ -28,9 +28,11 @@ def make_hall(phase: float, palette: Palette, *, is_dark: bool) -> Room:
     return Room(room.faces, paints, np.array([lamp]), room.ambient)
 
 
-def make_lamps() -> list[Solid]:
+def make_small_lamps() -> list[Solid]:
     """Return a row of small lamps at the back; the lamps are bright enough to saturate pixels."""
     white = (0.9, 0.9, 0.85)
     glow = Paint(patterns.PLAIN, white, white, white, glow=9.0)
-    angles = [math.pi * (index / (_LAMP_COUNT - 1) - 0.5) / 2 for index in range(_LAMP_COUNT)]
+    angles = [
+        math.pi * (index / (_SMALL_LAMP_COUNT - 1) - 0.5) / 2 for index in range(_SMALL_LAMP_COUNT)
+    ]
     return [ball(translate(3.2 * math.sin(angle), 2.6, -2.3), 0.07, glow) for angle in angles]

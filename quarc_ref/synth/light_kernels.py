@@ -107,9 +107,9 @@ def reflect_light(stage, occluders, occluder_counts, ray, hit_distance, surface,
     glow = paints[surface, 12]
     r, g, b = albedo[0] * (r + glow), albedo[1] * (g + glow), albedo[2] * (b + glow)
     for lamp in range(lights.shape[0]):
-        point = (5 + 6 * lamp) * sample % SAMPLE_COUNT
+        point_index = (5 + 6 * lamp) * sample % SAMPLE_COUNT
         diffuse, specular = _compute_lamp_light(
-            stage, occluders, occluder_counts, lamp, origin, normal, ray, point
+            stage, occluders, occluder_counts, lamp, origin, normal, ray, point_index
         )
         specular *= paints[surface, 11]
         r += lights[lamp, 9] * (diffuse * albedo[0] + specular)
@@ -135,8 +135,8 @@ def _locate_spot(solids, surface, x, y, z):
         solids[surface, 5] * a + solids[surface, 9] * b + solids[surface, 13] * c,
         solids[surface, 6] * a + solids[surface, 10] * b + solids[surface, 14] * c,
     )
-    meters = (u * solids[surface, 18], v * solids[surface, 19], w * solids[surface, 20])
-    return (*meters, u, v, w, a, b, c), normal
+    meter_coordinates = (u * solids[surface, 18], v * solids[surface, 19], w * solids[surface, 20])
+    return (*meter_coordinates, u, v, w, a, b, c), normal
 
 
 @inlined_kernel
@@ -146,10 +146,10 @@ def _normalize(x, y, z):
 
 
 @inlined_kernel
-def _compute_lamp_light(stage, occluders, occluder_counts, lamp, origin, normal, ray, point):
+def _compute_lamp_light(stage, occluders, occluder_counts, lamp, origin, normal, ray, point_index):
     """Return the diffuse and the specular light that comes from a sample point of a lamp."""
     lights = stage.lights
-    a, b = 2 * SAMPLE_POINTS[point, 0] - 1, 2 * SAMPLE_POINTS[point, 1] - 1
+    a, b = 2 * SAMPLE_POINTS[point_index, 0] - 1, 2 * SAMPLE_POINTS[point_index, 1] - 1
     x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - origin[0]
     y = lights[lamp, 1] + a * lights[lamp, 4] + b * lights[lamp, 7] - origin[1]
     z = lights[lamp, 2] + a * lights[lamp, 5] + b * lights[lamp, 8] - origin[2]
@@ -186,14 +186,14 @@ def _compute_ambient_light(stage, occluders, occluder_counts, origin, normal, sa
         ambient_index,
     )
     up_share = 0.5 + 0.5 * normal[1]
-    upper, lower = (
+    upper_weight, lower_weight = (
         up_share * free_distance / _AMBIENT_RANGE,
         (1 - up_share) * free_distance / _AMBIENT_RANGE,
     )
     return (
-        upper * stage.ambient[0, 0] + lower * stage.ambient[1, 0],
-        upper * stage.ambient[0, 1] + lower * stage.ambient[1, 1],
-        upper * stage.ambient[0, 2] + lower * stage.ambient[1, 2],
+        upper_weight * stage.ambient[0, 0] + lower_weight * stage.ambient[1, 0],
+        upper_weight * stage.ambient[0, 1] + lower_weight * stage.ambient[1, 1],
+        upper_weight * stage.ambient[0, 2] + lower_weight * stage.ambient[1, 2],
     )
 
 

@@ -17,7 +17,7 @@ from quarc_ref.synth.furniture import (
     make_screen,
     make_wall_objects,
 )
-from quarc_ref.synth.hall import make_hall, make_lamps
+from quarc_ref.synth.hall import make_hall, make_small_lamps
 from quarc_ref.synth.options import draw_uniform
 from quarc_ref.synth.paints import Palette, choose_palette
 from quarc_ref.synth.robot import make_robot
@@ -59,7 +59,7 @@ class Scene:
 
     def _build_hall(self, time: float) -> Stage:
         robot_phase, pattern_phase = self.phases[5], self.phases[8]
-        groups = [*make_robot(time, robot_phase, self.palette), make_lamps()]
+        groups = [*make_robot(time, robot_phase, self.palette), make_small_lamps()]
         hall = make_hall(pattern_phase, self.palette, is_dark=self.variant.is_dark)
         return pack_stage(groups, hall)
 

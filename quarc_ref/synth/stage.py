@@ -59,7 +59,7 @@ def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
     stops = np.cumsum([len(group) for group in groups])
     starts = stops - [len(group) for group in groups]
     spheres = [
-        _bounding_sphere(rows[first:last, :4]) for first, last in zip(starts, stops, strict=True)
+        _bounding_sphere(rows[start:stop, :4]) for start, stop in zip(starts, stops, strict=True)
     ]
     return Stage(
         solids=rows,

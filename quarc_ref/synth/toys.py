@@ -35,9 +35,9 @@ _CAR_SPACING = 0.47
 _WHEEL_RADIUS = 0.065
 
 
-def wave(time: float, seconds: float, phase: float) -> float:
+def wave(time: float, period: float, phase: float) -> float:
     """Return the value of a sine wave, given its period in seconds and its phase in turns."""
-    return math.sin(2 * math.pi * (time / seconds + phase))
+    return math.sin(2 * math.pi * (time / period + phase))
 
 
 def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:

@@ -13,7 +13,7 @@ from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Mask, Picture
 from quarc_ref.evaluation.quality import Quality
-from quarc_ref.evaluation.views import compare_pictures
+from quarc_ref.evaluation.views import make_view_with_truth
 
 _MAX_SHOWN_CAMERAS = 4  # cameras whose views the page shows
 
@@ -143,7 +143,7 @@ class _EntryMeter:
         renderings = [entry.render(frame, self._inputs.cameras) for entry in self._entries]
         for name, (image, truth, mask) in truths.items():
             views = [
-                compare_pictures(frame, name, image, truth, pictures[name], mask)
+                make_view_with_truth(frame, name, image, truth, pictures[name], mask)
                 for pictures in renderings
             ]
             for meters, camera_metrics, view in zip(
