@@ -282,7 +282,8 @@ fn read_number<S: Source>(
     place: u32,
 ) -> Result<u32> {
     if header.length < place + FRAME_BYTES {
-        let message = format!("a payload of {} bytes is too short for a frame number", header.length);
+        let message =
+            format!("a payload of {} bytes is too short for a frame number", header.length);
         return Err(Error::new(Reject::Field, message).at(header.offset));
     }
     let at = header.payload_offset() + u64::from(place);
