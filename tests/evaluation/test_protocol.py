@@ -25,7 +25,7 @@ def test_the_protocol_lists_everything_that_affects_a_figure(protocol, capture):
     assert protocol["seed"] == 5
     assert "numba" in protocol["renderer"]
     assert "ssim_inria" in protocol["metrics"]["ssim"]
-    assert "mean of the frames" in protocol["metrics"]["psnr"]
+    assert "averaged over frames" in protocol["metrics"]["psnr"]
 
 
 def test_the_versions_are_those_installed(protocol):
