@@ -4,7 +4,7 @@
 //! next frame does not depend on them.
 
 use crate::constants::ROTATION_FRACTION_BITS;
-use crate::parallel::{each, piece};
+use crate::parallel::{each_chunk, piece};
 use crate::rows::Rows;
 use crate::state::State;
 use std::sync::{Arc, Weak};
@@ -121,9 +121,8 @@ fn scale<T: Copy + Default + Sync, const WIDTH: usize>(
 ) {
     scaled.resize(planes.columns() * WIDTH, 0.0);
     let size = BLOCK * piece((planes.columns() + BLOCK - 1) / BLOCK, BLOCKS);
-    let pieces = scaled.chunks_mut(size * WIDTH).enumerate().collect();
-    each(pieces, &|(number, columns)| {
-        scale_some(planes, first, number * size, steps, &to_float, columns)
+    each_chunk(scaled, size * WIDTH, &|number, columns| {
+        scale_some(planes, first, number * size, steps, &to_float, columns);
     });
 }
 

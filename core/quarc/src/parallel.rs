@@ -31,6 +31,13 @@ pub fn each<T: Send, R: Send>(mut items: Vec<T>, work: &(impl Fn(T) -> R + Sync)
     done
 }
 
+/// Apply `work` to each chunk of `size` numbers and its index. Not generic, so that a module has it
+/// once.
+pub fn each_chunk(numbers: &mut [f32], size: usize, work: &(dyn Fn(usize, &mut [f32]) + Sync)) {
+    let chunks = numbers.chunks_mut(size).enumerate().collect();
+    each(chunks, &|(index, chunk)| work(index, chunk));
+}
+
 /// Split `count` elements into ranges of at least `least` elements; with one thread, into one
 /// range.
 pub fn ranges(count: usize, least: usize) -> Vec<Range<usize>> {
