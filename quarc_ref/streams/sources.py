@@ -100,7 +100,8 @@ def open_source(name: str) -> Iterator[Source]:
         SourceError: The server cannot be reached.
     """
     if name == "-":
-        yield PipeSource(sys.stdin.buffer)
+        # Unbuffered: Python aborts at exit if a thread still waits in a read of the buffer.
+        yield PipeSource(getattr(sys.stdin.buffer, "raw", sys.stdin.buffer))
     elif name.startswith(("http://", "https://")):
         from quarc_ref.streams.http_source import HttpSource  # imports all of urllib
 

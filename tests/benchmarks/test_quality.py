@@ -141,7 +141,7 @@ def test_ctrl_c_leaves_the_table_of_completed_rows(study_copy, monkeypatch, caps
     monkeypatch.setattr(studies, "run_jobs", interrupt)
 
     assert command.main([*OPTIONS, "--out", str(study_copy)]) == 130
-    assert "interrupted: the same command continues" in capsys.readouterr().err
+    assert "interrupted: run the same command again" in capsys.readouterr().err
     assert f"| {CAPTURE_NAME}/0 | 1 |" in (study_copy / "quality.md").read_text()
 
 

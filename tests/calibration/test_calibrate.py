@@ -163,7 +163,7 @@ def test_a_camera_with_few_points_is_left_out_if_its_picture_contradicts_its_pos
 
     if degrees:
         assert list(calibration.solution.left_out) == [name]
-        assert f"see {FEW_POINTS} points of this camera" in calibration.solution.left_out[name]
+        assert f"see {FEW_POINTS} of its points" in calibration.solution.left_out[name]
         assert len(calibration.world.cameras) == len(NEIGHBORS) - 1
     else:
         assert calibration.solution.left_out == {}

@@ -51,7 +51,7 @@ VERBS = {
     "calibrate": Verb(
         "{recordings} -o {out} --sync none --moments 1",
         "folder",
-        "quarc_ref.calibration.features.Features._extract",
+        "quarc_ref.calibration.features.Features._extract_features",
         required_package="pycolmap",
     ),
     "encode": Verb(

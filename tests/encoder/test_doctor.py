@@ -99,7 +99,7 @@ def test_a_quick_check_reads_only_the_first_frame(folder):
 def test_the_reported_offset_repairs_the_capture(folder):
     delay_video(folder)
     (finding,) = (finding for finding in find_faults(folder) if finding.kind == "out-of-sync")
-    offsets = finding.message.split("write ")[1].split(" into")[0]
+    offsets = finding.message.split("write ")[1].split(" to ")[0]
 
     assert offsets == f'{{"offsets": {{"{CAMERA}": -3}}}}'
     (folder / "quarc-capture.json").write_text(offsets)

@@ -147,7 +147,7 @@ def test_snapshots_need_a_header_that_allows_them():
     start = loop.start_frame(0)
     moved_frame = loop.move_frame(start, make_symbols(start.state))
 
-    with pytest.raises(ValueError, match="no snapshots"):
+    with pytest.raises(ValueError, match="does not allow snapshots"):
         loop.commit_as_snapshot(moved_frame, None)
 
 
