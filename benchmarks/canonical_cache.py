@@ -1,7 +1,7 @@
-"""Trains frame 0 once for all trials that train it with the same settings.
+"""Trains frame 0 once for all trials that use the same settings for its training.
 
-Such trials differ only in later frames. Training frame 0 again for each of them would give the same
-scene and take most of the time.
+Such trials differ only in later frames. Training frame 0 for every trial would give the same scene
+each time, and would take most of the time of a study.
 """
 
 import hashlib
@@ -37,11 +37,12 @@ class CanonicalCache:
 
     Args:
         folder: Folder for trained canonical scenes.
-        inputs: All inputs of the training, except settings and quantization steps.
+        inputs: Everything that determines the trained scene, except settings and quantization
+            steps.
 
     Attributes:
-        seconds: Duration of the training in seconds, even if the scene was loaded; 0 before
-            `train` is called.
+        seconds: Time that training the canonical frame took, in seconds; if it was loaded, the time
+            stored with it; 0 before `train` is called.
     """
 
     def __init__(self, folder: Path, inputs: Sequence[object]) -> None:
@@ -56,7 +57,7 @@ class CanonicalCache:
         objective: CanonicalObjective,
         checkpoint: Checkpoint | None = None,
     ) -> Attributes:
-        """Load the canonical frame, or train it if it is missing; replaces `train_canonical`."""
+        """Load the canonical frame, or train and save it; called like `train_canonical`."""
         path = self._folder / f"{self._digest(objective)}.npz"
         if not path.is_file():
             start = time.perf_counter()

@@ -35,7 +35,7 @@ class StageClock:
 
 
 def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
-    """Encode and evaluate a capture, and return its row of results."""
+    """Encode a capture, evaluate the stream, and return a row of results."""
     clock, sink = StageClock(), io.BytesIO()
     capture = open_capture(folder)
     options = EncodeOptions(choose_preset(preset), frames, device="cpu", progress=clock)

@@ -5,8 +5,8 @@
 
 The stream is generated once by `moving_stream` and kept in `--cache`. `quarc-ref bench` decodes it
 in a separate process with the fast engine, or with the reference engine if `--reference` is given.
-`stolen` is the share of busy time during which the host ran other virtual machines on the
-processors of this one. Runs with a large share are not reliable.
+`stolen` is the share of the needed processor time that the host gave to other virtual machines. If
+this share is large, the times are not reliable.
 """
 
 import argparse
@@ -29,7 +29,7 @@ _CLI_CODE = "from quarc_ref.cli.app import main; main()"
 
 
 def make_stream(job: Job, cache: Path) -> Path:
-    """Return the path of a job's stream, which is generated if it is not in the cache."""
+    """Return the path of a job's stream; generate the stream if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
     name_parts = (*astuple(job)[:5], round(1000 * job.updated_share), *["sparse"] * job.sparse)
     source_digest = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
@@ -53,7 +53,7 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
 
 
 def measure_all(cache: Path, births: int) -> list[dict[str, Any]]:
-    """Return a row for each size, each kind of stream (dense, sparse) and 1 and 2 threads."""
+    """Measure every size as a dense and a sparse stream, with 1 and 2 threads; return the rows."""
     rows = []
     for size in GAUSSIAN_COUNTS:
         for sparse in (False, True):
@@ -101,7 +101,7 @@ def format_table(rows: list[dict[str, Any]]) -> str:
 
 
 def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    """Plot milliseconds per frame against the number of Gaussians into a PNG file."""
+    """Write a PNG plot of milliseconds per frame against the number of Gaussians."""
     from quarc_ref.evaluation.plots import plot_decode_speed
 
     curves = {
@@ -133,7 +133,9 @@ def main() -> None:
         ),
         parser.add_argument("--threads", type=int, default=2),
         parser.add_argument(
-            "--sparse", action="store_true", help="move as few Gaussians as in real streams"
+            "--sparse",
+            action="store_true",
+            help="move as few Gaussians as in streams of real captures",
         ),
         parser.add_argument(
             "--reference", action="store_true", help="decode with the reference engine"

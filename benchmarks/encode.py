@@ -2,9 +2,8 @@
 
     python benchmarks/encode.py CAPTURE [--preset P] [--set KEY=VALUE] [--frames N] [--json]
 
-The time of the canonical scene includes all iterations and the loading of kernels. The time per
-frame is the mean from the third frame on, so it does not include the loading or compiling of
-kernels at their first use.
+The time of frame 0 includes all iterations and the loading of kernels. The time per frame is the
+mean over all frames from the third on, so it does not include the loading and compiling of kernels.
 """
 
 import argparse

@@ -4,12 +4,13 @@
     python benchmarks/gpu.py --fetch DIR [--python 3.12]
 
 The first form writes a table to `gpu.md` and `gpu.json` in DIR after every step, so an interrupted
-run leaves the rows of the completed steps. If a step fails or takes too long, its row states the
-reason. `--dry-run` runs all steps on the CPU with tiny sizes.
+run leaves the rows of all completed steps there. If a step fails or takes too long, its row states
+the reason. `--dry-run` runs all steps on the CPU with tiny sizes.
 
-If the GPU machine lacks packages and has no network, download their wheels on another machine with
-the second form, choosing the Python version of the GPU machine, and copy the folder. `--wheels DIR`
-then installs the missing packages into a subfolder of DIR that only this command uses.
+If the GPU machine lacks packages and has no network, run the second form on another machine: it
+downloads the wheels for the given Python version, which must be that of the GPU machine. Copy the
+folder to the GPU machine; `--wheels DIR` then installs the missing packages into a subfolder of DIR
+that only this command uses.
 """
 
 from gpu.command import main

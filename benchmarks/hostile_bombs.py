@@ -2,9 +2,9 @@
 
     python benchmarks/hostile_bombs.py [--engine reference] [--json]
 
-The conformance level of a stream limits its numbers of Gaussians and births. Its size does not,
-because a coded bit can cost almost nothing. Each stream is decoded in a separate process; times are
-processor times, and exclude loading and compiling code.
+The conformance level of a stream limits its numbers of Gaussians and births. The size of the stream
+does not limit them, because a coded bit can take almost no space. Each stream is decoded in a
+separate process. Times are processor times, without the loading and compiling of the decoder.
 """
 
 import argparse
@@ -48,7 +48,7 @@ def _place_on_a_sphere(count: int) -> Int64:
 
 
 def _place_half_in_a_corner(count: int) -> Int64:
-    """Return positions, half of them spread over many cells and half of them in a single cell."""
+    """Return positions, of which half are spread over many cells and half are in a single cell."""
     rng = np.random.default_rng(0)
     points = rng.integers(0, _EXTENT, (3, count))
     points[:, count // 2 :] = rng.integers(0, 64, (3, count - count // 2))
@@ -67,7 +67,7 @@ def build_stream(level: int, arrangement: str, *, has_births: bool) -> bytes:
 
     Args:
         level: Conformance level of the stream.
-        arrangement: Arrangement of the Gaussians; a key of `_ARRANGEMENTS`.
+        arrangement: Where the Gaussians are; a key of `_ARRANGEMENTS`.
         has_births: Whether each frame has the maximum number of births.
     """
     births = LEVELS[level].births if has_births else 0

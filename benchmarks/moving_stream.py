@@ -1,9 +1,9 @@
-"""Generates streams of simulated moving Gaussians for timing decoders; does not need torch.
+"""Generates streams of simulated moving Gaussians to measure decoders; does not need torch.
 
-The scene is a room with furniture, dense clusters and sparse outskirts, coded with the quantization
-steps of preset `main`. A few objects move, each with its own steady motion. The symbols of each of
-the three anchor levels code a third of the motion, rounded to whole steps. In every frame, as many
-Gaussians die as are born.
+The scene is a room with furniture, dense clusters and sparse surroundings, coded with the
+quantization steps of preset `main`. A few objects move, each with its own steady motion. The
+symbols of each of the three anchor levels code a third of the motion plus noise, rounded to whole
+steps. In every frame, as many Gaussians die as are born.
 """
 
 from collections.abc import Callable, Iterator
@@ -53,11 +53,12 @@ class Job:
     Attributes:
         gaussians: Number of Gaussians in every frame.
         gaussians_per_anchor: Number of Gaussians per anchor of level 1.
-        resample_interval: Number of frames from one sampling of anchors to the next.
-        births: Number of births, and of deaths, in every frame after the first.
+        resample_interval: Number of frames between two samplings of anchors.
+        births: Number of births, and also of deaths, in every frame after the first.
         frames: Number of frames, including the canonical one.
-        updated_share: Share of the Gaussians that are updated in every frame; 0 for format 1.0.
-        sparse: Whether only few Gaussians follow a moving anchor, as in streams of the real
+        updated_share: Share of the Gaussians that are updated in every frame; with 0, the stream
+            has format 1.0.
+        sparse: Whether only a few Gaussians are bound to moving anchors, as in streams of the real
             capture: 10 % at level 1, 25 % at level 2 and 45 % at level 3.
     """
 
@@ -70,7 +71,7 @@ class Job:
     sparse: bool = False
 
     def make_header(self) -> StreamHeader:
-        """Return the stream header, with the lowest level that allows so many Gaussians."""
+        """Return the stream header, with the lowest conformance level that allows the Gaussians."""
         level = min(
             number for number, limits in LEVELS.items() if limits.gaussians >= self.gaussians
         )
@@ -94,8 +95,8 @@ class _Movers:
     Attributes:
         centers: `[3, m]` centers in lattice units.
         velocities: `[c, m]` velocities in steps per frame.
-        radii: For each anchor level, the distance from a center in lattice units within which
-            anchors move with the object.
+        radii: For each anchor level, the radius around a center, in lattice units, in which anchors
+            move with the object.
     """
 
     centers: np.ndarray
@@ -109,7 +110,7 @@ class _Movers:
         self.centers = self.centers + translation_step * self.velocities[:3]
 
     def make_symbols(self, positions: Float64, level_index: int, seed: int) -> Int64:
-        """Return the symbols `[c, a]` of anchors of a level at positions `[3, a]`."""
+        """Return the symbols `[c, a]` of the anchors at positions `[3, a]`, all of one level."""
         distances = np.stack(
             [_compute_lengths(positions - center[:, None]) for center in self.centers.T]
         )
@@ -132,7 +133,7 @@ def write_moving_stream(path: Path, job: Job) -> None:
 
 
 def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
-    """Return the Gaussians of a scene; positions are in position steps of 4 lattice units."""
+    """Return the Gaussians of a scene; positions are in steps of 4 lattice units."""
     points = _make_points(count, rng) * _UNITS_PER_METER / 4
     cells = np.floor(points / _UNITS_PER_METER).astype(np.int64)
     colors = (cells * [[31], [17], [7]] % 23).sum(axis=0) - 30
@@ -146,7 +147,7 @@ def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
 
 
 def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return positions `[3, count]` in meters on walls, furniture, clusters and outskirts."""
+    """Return positions `[3, count]` in meters on walls and furniture, in clusters and around."""
     walls = rng.uniform(-1, 1, (3, count)) * [[4], [2], [3]]
     axes = rng.integers(0, 3, count)
     walls[axes, np.arange(count)] = (
@@ -169,7 +170,7 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def _make_small_components(count: int, rng: np.random.Generator) -> Int64:
-    """Return the small components of random unit quaternions as `[3, count]` units of 1/64."""
+    """Return the three smallest components of random unit quaternions, `[3, count]` in 1/64."""
     magnitudes = np.sort(np.abs(_normalize(rng.normal(size=(4, count)))), axis=0)[:3]
     signs = rng.choice([-1, 1], (3, count))
     components: Int64 = np.trunc(magnitudes * 64 * signs).astype(np.int64)
@@ -221,7 +222,7 @@ def _make_canonical_frame(
 def _make_movers(
     state: FrameState, level_positions: list[np.ndarray], rng: np.random.Generator, *, sparse: bool
 ) -> _Movers:
-    """Return movers with radii that give the intended share of moving anchors or Gaussians."""
+    """Return movers whose radii give the intended share of nonzero symbols or moving Gaussians."""
     channels = np.arange(state.scene.header.symbol_planes)
     velocities = rng.normal(size=(channels.size, _MOVER_COUNT))
     velocities *= np.where(channels < 3, 5.0, 1.2)[:, None]

@@ -4,7 +4,7 @@ import argparse
 
 
 def add_set_option(parser: argparse.ArgumentParser) -> None:
-    """Add `--set`, which changes settings of the preset; `args.set` becomes a list of KEY=VALUE."""
+    """Add the option `--set KEY=VALUE`; its values are collected in the list `set`."""
     parser.add_argument(
         "--set",
         action="append",

@@ -1,1 +1,1 @@
-"""The steps of `benchmarks/gpu.py`; the module of each step has a function `run`."""
+"""The steps of `benchmarks/gpu.py`. Each step is a module with a function `run`."""

@@ -1,8 +1,9 @@
 """Checks that the GPU and CPU renderers return the same pictures and gradients.
 
 Renders random scenes with gsplat (with numba in a dry run), and compares pictures, alphas and
-gradients with those of numba in float32 and of the torch reference in float64. A few pixels can
-differ where a value is close to a threshold of the renderers.
+gradients with those of the numba renderer in float32 and of the torch renderer in float64. A few
+pixels can differ, because a value is close to a threshold at which renderers skip a Gaussian or
+stop.
 """
 
 from dataclasses import dataclass

@@ -36,7 +36,7 @@ def main(arguments: list[str] | None = None) -> int:
         "--wheels",
         type=Path,
         metavar="DIR",
-        help="install missing packages from this folder of wheels",
+        help="install the missing packages from the wheels in this folder",
     )
     parser.add_argument(
         "--fetch", type=Path, metavar="DIR", help="download wheels into this folder and exit"

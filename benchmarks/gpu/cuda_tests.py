@@ -20,7 +20,7 @@ def list_test_files() -> list[Path]:
 
 
 def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Run the tests with pytest, and add a row with the counts of passed and failed tests."""
+    """Run the tests with pytest, and add a row that counts passed, skipped and failed tests."""
     report = folder / "tests.xml"
     command = [sys.executable, "-m", "pytest", "-q", "-m", "gpu", "-p", "no:cacheprovider"]
     command += ["-W", "default"]  # compilers warn about code of dependencies

@@ -22,7 +22,7 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     notebook.add(Row("machine", "software", software))
     notebook.add(Row("machine", "processor", f"{processor}, {os.cpu_count()} cores"))
     if sizes.device == "cpu":
-        notebook.add(Row("machine", "device", "CPU: a dry run, whose timings mean nothing"))
+        notebook.add(Row("machine", "device", "CPU: a dry run, whose times are not meaningful"))
         return
     if not torch.cuda.is_available():
         message = "torch finds no CUDA device; use --dry-run to run on the CPU"

@@ -1,4 +1,4 @@
-"""Measures the time of each stage for a frame as large as those of the QuARC-GS paper."""
+"""Measures the time of each stage for a frame with as many Gaussians as in the QuARC-GS paper."""
 
 from pathlib import Path
 

@@ -14,12 +14,12 @@ class Sizes:
     """Device, picture size and counts of the measurements.
 
     Attributes:
-        device: `cuda`, or `cpu` for a dry run.
+        device: Name of the torch device: `cuda`, or `cpu` for a dry run.
         width: Width of pictures in pixels.
         height: Height of pictures in pixels.
         views: Number of training views.
         gaussians: Number of Gaussians in the timed frame.
-        iterations: Number of iterations for motion, and again for births, in the timed frame.
+        iterations: Number of motion iterations, and also of birth iterations, in the timed frame.
         canonical_iterations: Number of training iterations of frame 0.
         random_scene_sizes: Numbers of Gaussians in the random scenes used to compare backends.
     """
@@ -42,7 +42,7 @@ class StepFunction(Protocol):
     """The function that runs a step."""
 
     def __call__(self, sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-        """Run the step, and write its rows into a notebook.
+        """Run the step, and append its rows to a log.
 
         Args:
             sizes: Device, picture size and counts.
@@ -58,7 +58,7 @@ class Step:
 
     Attributes:
         name: Name of the step in the table.
-        time_limit: Time limit of the step in seconds; less if less time is left for all steps.
+        time_limit: Maximum time of the step in seconds; the time left for all steps also limits it.
         module: Module with the function `run`.
         is_required: Whether a failure of the step stops the run.
     """

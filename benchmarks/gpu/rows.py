@@ -1,4 +1,4 @@
-"""Rows of results, the notebooks that steps write them to, and the table of all rows."""
+"""Rows of results, the log files to which steps append them, and the table of all rows."""
 
 import json
 import math
@@ -17,7 +17,7 @@ class Row:
         step: Name of the step.
         what: Name of the measured quantity.
         result: Measured value as text.
-        asked: Requirement for the result; empty if there is none.
+        asked: Requirement that the result must meet; empty if there is none.
         holds: Whether the requirement is met; None if there is none.
         figures: Numeric values of the result, by name.
     """
@@ -31,7 +31,7 @@ class Row:
 
 
 class Notebook:
-    """A file to which a step appends each row at once, so that stopping the step loses no row."""
+    """A file to which a step appends each row at once, so that no row is lost if it is killed."""
 
     def __init__(self, path: Path) -> None:
         self._path = path
@@ -45,7 +45,7 @@ class Notebook:
         self._write({"progress": progress})
 
     def read(self) -> tuple[list[Row], str]:
-        """Return the written rows, and the last progress message."""
+        """Return the rows in the file, and the last progress message."""
         if not self._path.exists():
             return [], ""
         complete_lines = self._path.read_text().rpartition("\n")[0]

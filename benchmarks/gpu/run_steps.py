@@ -22,7 +22,7 @@ class StepEnvironment:
     """Folder and options that all steps share.
 
     Attributes:
-        folder: Folder for files of the steps.
+        folder: Folder that all steps share for their files.
         is_dry_run: Whether to run on the CPU with tiny sizes.
         packages: Folder of packages installed from wheels; None without `--wheels`.
     """
@@ -55,7 +55,7 @@ def run_step(step: Step, time_limit: float, environment: StepEnvironment, rows: 
 
 
 def make_file_name(step: Step, suffix: str) -> str:
-    """Return the name of a file of a step, with a suffix such as `log`."""
+    """Return the name of a step's file with this suffix, such as `log`."""
     return f"{step.name.replace(' ', '_')}.{suffix}"
 
 
@@ -112,7 +112,7 @@ def _read_last_line(log: Path, exit_code: int) -> str:
 
 
 def allot_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, float]]:
-    """Yield each step with its time limit in seconds, given the time for all steps."""
+    """Yield each step with its time limit; all steps together get this number of seconds."""
     end = time.monotonic() + seconds
     for step in steps:
         yield step, min(step.time_limit, end - time.monotonic())

@@ -21,7 +21,7 @@ _ARRAYS_FILE_NAME = "scene.npz"
 
 
 def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
-    """Ray-trace the pictures of the training views, and one initial point per Gaussian."""
+    """Ray-trace the pictures of the training views, and about one initial point per Gaussian."""
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
     scene = make_scene(options.seed, options.scene_variant)

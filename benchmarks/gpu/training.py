@@ -1,4 +1,4 @@
-"""Encodes the ray-traced capture, and measures the time and memory that this takes."""
+"""Encodes the ray-traced capture, and measures the time and GPU memory of the encode."""
 
 import io
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class Training:
 
     Attributes:
         stream: Bytes of the stream.
-        timer: Time of frame 0 and, by stage, of the frames from the third on, in seconds.
+        timer: Times in seconds: of frame 0, and of each stage in the frames from the third on.
     """
 
     stream: bytes
@@ -30,7 +30,7 @@ class Training:
 
 
 def make_config(changes: dict[str, object]) -> EncoderConfig:
-    """Return the preset `main` with changed settings."""
+    """Return the settings of preset `main` with these changes."""
     config = choose_preset("main")
     for name, value in changes.items():
         config = change_setting(config, name, str(value))
@@ -40,7 +40,7 @@ def make_config(changes: dict[str, object]) -> EncoderConfig:
 def train(
     sizes: Sizes, folder: Path, notebook: Notebook, config: EncoderConfig, frames: int
 ) -> Training:
-    """Encode frames of the ray-traced capture, and write the progress to a notebook."""
+    """Encode frames of the ray-traced capture, and write the progress to a log."""
     reporter = _StageReporter(notebook)
     options = EncodeOptions(config, frames, sizes.device, reporter, checks=False)
     sink = io.BytesIO()
@@ -59,7 +59,7 @@ def describe_memory(step: str, sizes: Sizes) -> Row:
 
 
 class _StageReporter:
-    """Times the stages; every 100 iterations, waits for the GPU and writes the progress."""
+    """Times the stages; every 100 iterations, it waits for the GPU and writes the progress."""
 
     def __init__(self, notebook: Notebook) -> None:
         self.timer = SteadyTimer()

@@ -48,12 +48,13 @@ def locate_packages(wheels: Path) -> Path:
 
 
 def install_missing(wheels: Path) -> str:
-    """Install the packages of `wheels.txt` that are missing, from a folder of wheels.
+    """Install the packages listed in `wheels.txt` that are missing, from a folder of wheels.
 
-    Packages that exist are kept, because the machine's PyTorch may require their versions.
+    Packages that are already installed stay unchanged, because the PyTorch of the machine may
+    require their versions.
 
     Args:
-        wheels: Folder into which `fetch_wheels` downloaded.
+        wheels: Folder to which `fetch_wheels` downloaded the wheels.
 
     Returns:
         A message that lists the newly installed packages.

@@ -1,7 +1,7 @@
 """Judges mutants in blocks of consecutive numbers, so that an interrupted run can resume.
 
-Each block is saved as a line of JSON. A mutant that fails is saved in a file named after its
-number, from which the mutant can be generated again.
+Each block is saved as a line of JSON. A mutant that fails is saved in a file whose name is the
+number of the mutant; the same mutant can be generated again from that number.
 """
 
 import json
@@ -27,14 +27,14 @@ class Tally:
     """Totals over judged mutants.
 
     Attributes:
-        outcomes: Number of mutants for each outcome.
-        modes: Number of mutants for each mode.
+        outcomes: Number of mutants with each outcome.
+        modes: Number of mutants decoded in each mode.
         frames: Number of decoded frames.
         seconds: Total processor time of decoding, in seconds.
         slowest: Processor time of the slowest mutant, in seconds.
         slowest_number: Number of the slowest mutant.
-        peak_rss_mib: Peak memory of any process, in MiB.
-        failures: Outcomes of failed mutants, by number of the mutant.
+        peak_rss_mib: Largest peak memory of all processes, in MiB.
+        failures: Outcome of each failed mutant, by the number of the mutant.
     """
 
     outcomes: Counter[str] = field(default_factory=Counter)
@@ -69,7 +69,7 @@ class Tally:
         self.failures |= other.failures
 
     def list_missing_reject_ids(self) -> list[str]:
-        """Return the reject ids of SPEC 3.3 that no stream has reached."""
+        """Return the reject ids of SPEC 3.3 that are not the outcome of any stream."""
         reject_ids = [
             error_class.reject_id
             for base_class in BitstreamError.__subclasses__()
@@ -176,7 +176,7 @@ def append_block(path: Path, first: int, count: int, tally: Tally) -> None:
 
 
 def read_blocks(path: Path) -> dict[tuple[int, int], Tally]:
-    """Return the saved blocks by first number and count; incomplete lines are ignored."""
+    """Return the saved blocks by first number and count; an incomplete last line is ignored."""
     blocks: dict[tuple[int, int], Tally] = {}
     lines = path.read_text("utf-8").split("\n") if path.exists() else []
     for line in lines[:-1]:

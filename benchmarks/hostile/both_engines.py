@@ -39,10 +39,10 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
 
 
 def _get_comparable_end(end: _End) -> int | str | None:
-    """Return what the ends of both engines must have in common.
+    """Return the part of the final error that must be the same for both engines.
 
-    For a rejection, this is the offset of the chunk. The reject ids can differ if a chunk has
-    several faults.
+    For a rejection, this is the offset of the rejected chunk. The reject ids of the engines can
+    differ if the chunk has several faults.
     """
     return end.offset if isinstance(end, BitstreamError) else type(end).__name__
 

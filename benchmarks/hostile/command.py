@@ -19,7 +19,9 @@ from hostile.mutations import Mutator
 from hostile.structured.maker import StructuredMaker
 
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
-_DESCRIPTION = "Decodes mutated streams: each must result in frames or a rejection, within limits."
+_DESCRIPTION = (
+    "Decodes mutated streams; each must give frames or a rejection, with limited time and memory."
+)
 _Block = tuple[int, int]
 _NUMBER_FILE_PREFIX = "at_"  # of files with the number of a process's current mutant
 _process_series: list[Series] = []  # the series of this worker process, at most one

@@ -18,7 +18,7 @@ _STATE_CRC_BYTES = 4  # the state CRC is at the end of the payload of a frame
 def forge_state_crcs(data: bytes) -> bytes:
     """Return a stream in which the state CRC of each frame matches the decoded state.
 
-    If the stream has another fault, the frames after that fault are unchanged.
+    If the stream has another fault, the state CRCs after that fault stay unchanged.
 
     Args:
         data: A stream with arbitrary contents.

@@ -1,4 +1,4 @@
-"""Decodes arbitrary streams, and classifies each result as frames, a rejection or a failure."""
+"""Decodes arbitrary streams, and classifies each result as decoded, rejected or failed."""
 
 import contextlib
 import io
@@ -41,7 +41,7 @@ class Verdict:
             unexpected exception).
         seconds: Processor time of decoding.
         frames: Number of decoded frames.
-        detail: Traceback of a hang or an escape; empty for other outcomes.
+        detail: Traceback of the hang or escape; empty for other outcomes.
     """
 
     outcome: str
@@ -87,11 +87,11 @@ def judge(mode: str, data: bytes, *, has_forged_crcs: bool) -> Verdict:
 
 
 def prepare(seeds: Iterable[bytes]) -> None:
-    """Prepare this process for judging: set limits and turn warnings into errors.
+    """Prepare this process for `judge`: set the memory limit, and turn warnings into errors.
 
     Args:
-        seeds: Streams to decode first, so that loading and compiling the code does not count
-            towards the limits of a mutant.
+        seeds: Streams to decode first, so that loading and compiling the decoders does not count
+            towards the limits.
     """
     for decode_in_mode in MODES.values():
         for seed in seeds:

@@ -1,8 +1,8 @@
-"""Mutates streams; the seeds, a series and a number determine each mutant.
+"""Mutates streams; each mutant is determined by the seeds, a series and a number.
 
-Half of the mutants have damaged bytes, which the CRCs should detect. The others imitate an attacker
-who can compute CRCs: chunks are changed and written with correct sequence numbers, lengths and
-CRCs, so that the changes reach the code that decodes payloads.
+Half of the mutants have damaged bytes, which the CRCs should detect. The other half imitates an
+attacker who can compute CRCs: chunks are changed, and are written with correct sequence numbers,
+lengths and CRCs. The changes therefore reach the code that decodes payloads.
 """
 
 import random
@@ -65,7 +65,7 @@ class Mutant:
 
     Attributes:
         data: Bytes of the stream.
-        recipe: Names of the seed and of the mutations.
+        recipe: Name of the seed, and names of the mutations in their order.
         has_forged_crcs: Whether to correct the state CRCs before decoding; see `forging`.
     """
 
@@ -109,12 +109,12 @@ class Mutator:
 
 
 def damage_bytes(rng: random.Random, data: bytes, donor: bytes) -> tuple[bytes, list[str]]:
-    """Apply one to four mutations to bytes; return the result, and the names of the mutations.
+    """Apply one to four mutations to `data`; return the result, and the names of the mutations.
 
     Args:
         rng: Source of random numbers.
         data: Bytes to mutate.
-        donor: Another stream, from which some mutations copy parts.
+        donor: Bytes from which some mutations copy parts, such as another stream.
     """
     mutation_names = []
     for _ in range(rng.choice((1, 1, 1, 2, 4))):
@@ -134,7 +134,7 @@ def split_stream(stream: bytes) -> Chunks:
 
 
 def join_chunks(chunks: Chunks) -> bytes:
-    """Return a stream with these chunks, and with correct sequence numbers, lengths and CRCs."""
+    """Return a stream of these chunks, with correct sequence numbers, lengths and CRCs."""
     pieces = [MAGIC]
     for number, (kind, payload) in enumerate(chunks):
         header = SYNC + kind + struct.pack("<II", number, len(payload))
@@ -192,7 +192,7 @@ def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
 
 
 def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
-    """Return a mutation that damages the payload of one chunk."""
+    """Return a mutation that applies `damage` to the payload of a random chunk."""
 
     def forge(rng: random.Random, chunks: Chunks, donor_chunks: Chunks) -> Chunks:
         if not chunks:
@@ -209,7 +209,7 @@ def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "
 
 
 def _change_words(rng: random.Random, chunks: Chunks, _other: Chunks) -> Chunks:
-    """Replace the words of a section of a chunk; the number of words may change."""
+    """Replace the words of a section in a chunk; the number of words may change."""
     indices = [index for index, (kind, _) in enumerate(chunks) if kind in _FIRST_SECTION_OFFSETS]
     if not indices:
         return chunks

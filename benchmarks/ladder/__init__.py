@@ -1,4 +1,4 @@
-"""The code of `benchmarks/ladder.py`: fits a frame with more and more free fields.
+"""The code of `benchmarks/ladder.py`: fits a frame with different sets of free fields.
 
 stream ──> start (decoded frame T) ──> fit a rung (fitting) ──> floats ──────────┐
                                                                  │               ├──> judge

@@ -35,12 +35,12 @@ from studies import ProgressLines, write_status
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StartFrame:
-    """The frame from which all rungs are fitted, and the ladder of these rungs.
+    """The frame at which the fitting of all rungs starts, and the ladder of these rungs.
 
     Attributes:
         capture: The capture, opened at the stream's resolution.
         state: Decoder state of the frame.
-        ladder: Computes the rows of the rungs.
+        ladder: The ladder, which computes the rows.
     """
 
     capture: Capture
@@ -72,7 +72,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
 
 
 def _fill_ladder(start: StartFrame, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
-    """Compute the missing rows; write the table, and return it."""
+    """Compute the missing rows; write the table of all rows, and return it."""
     context = open_training_context(start.capture, "cpu", config.seed, NullProgress())
     start.ladder.compute_missing(tasks, context)
     rows = [row for task in tasks if (row := start.ladder.load_task_row(task)) is not None]
@@ -83,7 +83,7 @@ def _fill_ladder(start: StartFrame, tasks: list[Task], config: EncoderConfig, fo
 
 
 def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> StartFrame:
-    """Return the start of all rungs; without `--stream`, encode the frames up to it.
+    """Return the start frame of all rungs; without `--stream`, encode the capture up to that frame.
 
     Raises:
         MismatchError: The stream does not match the capture, or lacks the start frame.
@@ -121,7 +121,9 @@ def _encode_if_missing(arguments: argparse.Namespace, config: EncoderConfig) -> 
         arguments.out / f"start.{hashlib.sha256(key_inputs.encode()).hexdigest()[:12]}.quarc"
     )
     if not path.is_file():
-        write_status(f"encoding up to frame {arguments.frame}; use --stream FILE to avoid this")
+        write_status(
+            f"encoding the capture up to frame {arguments.frame}; use --stream FILE to avoid this"
+        )
         sink, progress = io.BytesIO(), ProgressLines("start")
         arguments.out.mkdir(parents=True, exist_ok=True)
         options = EncodeOptions(
@@ -143,7 +145,12 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     )
     add = parser.add_argument
     add("capture", type=Path, metavar="CAPTURE")
-    add("--stream", type=Path, metavar="FILE", help="stream of the capture; encoded if not given")
+    add(
+        "--stream",
+        type=Path,
+        metavar="FILE",
+        help="stream of the capture; by default, encode the capture",
+    )
     add(
         "--frame",
         type=_parse_count,
@@ -156,7 +163,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=_parse_positive,
         nargs="+",
         default=[1, 5],
-        help="numbers of frames from T to the frames to fit",
+        help="how many frames after T the fitted frames are",
     )
     add("--iterations", type=_parse_positive, nargs="+", default=[300, 1000])
     add("--rungs", nargs="+", choices=list(RUNGS), default=list(RUNGS), metavar="NAME",

@@ -1,8 +1,8 @@
 """Selects Gaussians whose deletion reduces the loss of a frame's pictures.
 
 A picture is linear in the opacity of a single Gaussian, so the slope of the loss predicts the
-effect of deleting that Gaussian. The prediction ignores that the loss is not linear and that
-Gaussians overlap. The number of Gaussians to delete is therefore found by trials.
+effect of deleting that Gaussian. This prediction is not exact, because the loss is not linear and
+Gaussians overlap. Several numbers of Gaussians to delete are therefore tried.
 """
 
 from dataclasses import replace
@@ -20,7 +20,7 @@ _COUNT_DIVISOR = 4  # each trial deletes a quarter as many Gaussians as the prev
 def choose_deletions(
     context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> Tensor:
-    """Return the mask `[N]` of the Gaussians whose deletion reduces the loss most.
+    """Return the mask `[N]` of Gaussians that gives the lowest loss if these are deleted.
 
     Args:
         context: Views and renderer.
@@ -46,7 +46,7 @@ def choose_deletions(
 def _predict_gains(
     context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> Tensor:
-    """Return the predicted decrease `[N]` of the loss if only that one Gaussian is deleted."""
+    """Return for each Gaussian by how much deleting it alone should decrease the loss, `[N]`."""
     logits = attributes.opacities.detach().clone().requires_grad_()
     attributes_with_grad = replace(attributes, opacities=logits)
     slopes = torch.zeros_like(attributes.opacities)

@@ -37,8 +37,9 @@ class FitResult:
 
     Attributes:
         attributes: Attributes of the remaining `K` Gaussians, in floats.
-        alive: `[K]` indices of the remaining Gaussians in the start frame.
-        symbols: Symbols `[c, a]` of each level if the rung moves anchors; None for other rungs.
+        alive: `[K]` index of each remaining Gaussian in the start frame.
+        symbols: Symbols `[c, a]` of each anchor level if the rung moves anchors; None for other
+            rungs.
     """
 
     attributes: Attributes
@@ -53,7 +54,7 @@ def fit_rung(
 
     Args:
         context: Views, renderer and random numbers.
-        frame_start: Frame start; its scene has the ordinal of the frame to fit.
+        frame_start: State from which fitting starts; its scene has the ordinal of the frame to fit.
         rung: The fields that can change.
         iterations: Number of iterations.
         config: Learning rates and losses.
@@ -129,8 +130,9 @@ def _choose_learning_rates(
 ) -> Rates:
     """Return the learning rate of each attribute; 0 if the attribute cannot change.
 
-    The learning rates of translation and rotation are summed over all anchor levels. The other
-    learning rates are those of canonical training.
+    Translation and rotation use the learning rates of motion, summed over all anchor levels, unless
+    the rung uses those of canonical training. All other attributes use the learning rates of
+    canonical training.
     """
     rates = list(canonical_learning_rates(config.canonical, extent))
     if not rung.uses_canonical_rates:

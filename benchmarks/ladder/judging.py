@@ -16,7 +16,7 @@ FIGURE_NAMES = ("gain_psnr", "moving_gain_psnr", "static_gain_psnr", "psnr", "ga
 
 
 class Judge:
-    """Measures scenes after correcting the colors of each picture by a gain per channel.
+    """Measures scenes after correcting the colors of each rendered picture by a gain per channel.
 
     Args:
         capture: Capture with the true pictures.

@@ -1,4 +1,4 @@
-"""Rounds a fitted rung to quantization steps; returns the decoded splats and the coded bytes."""
+"""Rounds a fitted rung to quantization steps; returns the rounded splats and the coded bytes."""
 
 from dataclasses import dataclass, replace
 
@@ -40,14 +40,14 @@ class RoundedResult:
     """The result of rounding a rung.
 
     Attributes:
-        splats: Decoded splats.
+        splats: The rounded splats.
         coded_bytes: Bytes of the coded symbols of the anchors, or of the coded updates without SH
-            rest; the contexts are empty at the start.
-        estimated_bytes: Zero-order entropy of the same updates, in bytes; None for anchors.
-        rest_bytes: Zero-order entropy of the changes of SH rest, in bytes; updates cannot contain
-            SH rest.
-        change_counts: Number of Gaussians that change, by field; `any` counts those in which at
-            least one field changes, and `deaths` those that are deleted.
+            rest; the context counts are those of the start frame.
+        estimated_bytes: Zero-order entropy of the updates in bytes; None if the rung moves anchors.
+        rest_bytes: Zero-order entropy of the changes of SH rest in bytes; they are estimated
+            because updates cannot contain SH rest.
+        change_counts: Number of Gaussians that change, by field; the entry `any` counts Gaussians
+            with at least one changed field, and `deaths` counts deleted Gaussians.
     """
 
     splats: Splats
@@ -148,7 +148,7 @@ def find_updates(moved_state: State, fit: FitResult) -> tuple[Updates, Int64]:
 
 
 def _find_all_residuals(start: Attributes, end: Attributes, header: StreamHeader) -> Int64:
-    """Return the changes `[13 + 9, K]` of the attributes in quantization steps; SH rest is last."""
+    """Return the attributes' changes `[13 + 9, K]` in quantization steps; SH rest is last."""
     rotations = _find_rotation_residuals(_to_floats(start.rotations), _to_floats(end.rotations))
     planes = [
         (_to_floats(end.means - start.means), translation_step(header)),

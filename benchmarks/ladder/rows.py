@@ -1,4 +1,4 @@
-"""Makes rows: fits a rung to a frame, measures the result, and saves it as a file."""
+"""Makes rows: fits a rung to a frame, measures the result, and saves the row as a file."""
 
 import hashlib
 import json
@@ -28,7 +28,7 @@ class Task:
 
     Attributes:
         rung: The fields that can change.
-        ahead: Number of frames from the start frame to the fitted frame.
+        ahead: How many frames after the start frame the fitted frame is.
         iterations: Number of iterations; 0 for the rung on which no field can change.
     """
 
@@ -45,7 +45,7 @@ class Task:
 def list_tasks(
     rungs: Sequence[Rung], ahead: Sequence[int], iterations: Sequence[int]
 ) -> list[Task]:
-    """Return all tasks; tasks with few iterations come first."""
+    """Return all tasks; those with the fewest iterations come first."""
     tasks = [
         Task(rung, distance, 0 if rung.name == STILL_NAME else count)
         for count in sorted(iterations)
@@ -105,7 +105,9 @@ class Ladder:
             save_row(self._row_path(task), self._compute_key(task), row)
             moving_psnr = row["floats"]["training"]["moving_gain_psnr"]
             moving_text = (
-                "nothing moves" if moving_psnr is None else f"{moving_psnr:.2f} dB of moving parts"
+                "nothing moves"
+                if moving_psnr is None
+                else f"PSNR {moving_psnr:.2f} dB in moving pixels"
             )
             write_status(
                 f"{task.name}: {moving_text}, {row['coded_bytes']} bytes, {row['seconds']:.0f} s"

@@ -1,5 +1,5 @@
-"""Generates streams with hostile values: records that no encoder writes, but correctly coded.
+"""Generates streams with hostile values: correctly coded records that no encoder would write.
 
-Everything except the fault is correct, including CRCs, sequence numbers, INDX and TAIL, so that
-decoders reach the fault.
+Everything except the faults is correct, including CRCs, sequence numbers, INDX and TAIL, so that
+decoders reach the faults.
 """

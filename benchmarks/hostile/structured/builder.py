@@ -1,7 +1,7 @@
 """Codes the frames of a stream, each with the CRC of its decoded state.
 
-A frame that is rejected leaves the state unchanged and has a CRC of 0. The reference engine
-computes the states.
+If the engine rejects a frame, the state does not change, and the state CRC of the frame is 0. The
+reference engine decodes the frames.
 """
 
 from collections.abc import Callable, Iterator
@@ -96,7 +96,7 @@ class Builder:
                 return
 
     def add_hostile_frame(self, fault: Fault) -> None:
-        """Generate a frame, and code it with a fault."""
+        """Generate a frame, and code it with the given fault."""
         self._fault = fault
         with self._using_fault_writer():
             record = self._generate_record(is_keyframe=fault.stage in _KEYFRAME_STAGES)
@@ -128,7 +128,7 @@ class Builder:
         return self._generate_canonical()
 
     def _generate_snapshot(self) -> SnapshotChunk | None:
-        """Generate a snapshot; return None if the stream cannot have a snapshot here."""
+        """Generate a snapshot; return None if the stream cannot contain one at this point."""
         reference, state = self.reference, self.state
         if reference is None or state is None or not self.header.snapshots:
             return None
@@ -192,7 +192,7 @@ class Builder:
         return self._change(Stage.FRAME, chunk)
 
     def _add_changes(self, frame_start: State, chunk: FrameChunk) -> FrameChunk:
-        """Add updates and births to a frame if its motion is valid; return the frame."""
+        """Return the frame with updates and births added to it, if its motion is valid."""
         with suppress(BitstreamError):
             moved_frame = decode_motion(
                 frame_start, chunk.motion, use_previous=chunk.previous_contexts
@@ -217,7 +217,7 @@ class Builder:
             return write_updates(update_context(moved_frame), updates, moved_frame.update_counts)
 
     def _try_record(self, record: Record) -> tuple[State | None, int]:
-        """Decode a record; return the state and its CRC, or None and 0 if it is rejected."""
+        """Decode a record; return the state and its CRC, or (None, 0) if it is rejected."""
         with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
                 state, _ = decode_canonical(self.header, record)
@@ -234,7 +234,7 @@ class Builder:
         return None, 0
 
     def _change(self, stage: Stage, value: _Value, *context: Any) -> _Value:  # noqa: ANN401
-        """Return a value, changed by the current fault if the fault applies at this stage."""
+        """Return the value, changed by the current fault if that fault applies at this stage."""
         if self._fault is None or not self._is_at_stage(stage):
             return value
         changed_value: _Value = self._fault.change(self._generator, value, *context)

@@ -1,4 +1,4 @@
-"""Defines a fault of a stream, and the stages at which faults are applied."""
+"""Defines faults of a stream, and the stages at which they are applied."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -7,7 +7,7 @@ from typing import Any
 
 
 class Stage(Enum):
-    """The part of a stream that a fault changes."""
+    """A stage of generating a stream, at which a fault can change a value."""
 
     SCENE = auto()
     """Gaussians of a canonical frame before coding; the context is the stream's header."""
@@ -35,14 +35,14 @@ class Stage(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """A kind of fault.
+    """A fault that can be put into a stream.
 
     Attributes:
         name: Name of the fault.
-        stage: The part of the stream that the fault changes.
-        change: Returns the changed value, given a `RecordGenerator`, the value and the context of
-            the stage.
-        header: Names and values of header fields that the fault requires.
+        stage: The stage at which the fault is applied.
+        change: Function that returns the changed value; it gets a `RecordGenerator`, the value, and
+            the context of the stage if it has one.
+        header: Values that the fault requires in header fields, by name of the field.
     """
 
     name: str

@@ -101,10 +101,11 @@ class RecordGenerator:
     def generate_snapshot(
         self, header: StreamHeader, canonical: Gaussians
     ) -> tuple[Gaussians, Int64]:
-        """Generate a snapshot: changed Gaussians of a canonical frame, and new Gaussians.
+        """Generate a snapshot, which has changed Gaussians of a canonical frame and new Gaussians.
 
         Returns:
-            The Gaussians, and their indices `[N]` in the canonical frame; -1 for new Gaussians.
+            The Gaussians, and the index `[N]` of each of them in the canonical frame; -1 for new
+            Gaussians.
         """
         share = self.rng.choice((0, 0.5, 1, 1))
         survivors = np.flatnonzero(self.array_rng.random(canonical.count) < share)
@@ -159,7 +160,7 @@ class RecordGenerator:
         return center + self.array_rng.integers(-extent, extent + 1, (3, count))
 
     def _generate_rotations(self, header: StreamHeader, count: int) -> Int64:
-        """Generate rotations: components up to magnitude 1/2, or one component of magnitude 1."""
+        """Generate rotations with components up to magnitude 1/2, or with one that is 1 or -1."""
         unit = 1 << header.rotation_bits
         components = self.array_rng.integers(-(unit // 2), unit // 2 + 1, (3, count))
         if self.rng.random() < 0.2:
@@ -169,7 +170,7 @@ class RecordGenerator:
         return np.concatenate([self.array_rng.integers(0, 4, (1, count)), components])
 
     def _generate_codes(self, header: StreamHeader, count: int) -> Int64:
-        """Generate codes that are in range and whose coded differences are in range."""
+        """Generate codes such that the codes and their coded differences are in range."""
         limit = self.rng.choice((0, 3, 60, 60, CODE_LIMIT))
         codes = self.array_rng.integers(-limit, limit + 1, (header.code_planes, count))
         for reference_row, row_to_clamp in (
@@ -183,12 +184,12 @@ class RecordGenerator:
 
 
 def replace_attributes(gaussians: Gaussians, index: int, **attributes: list[int]) -> Gaussians:
-    """Return a copy of Gaussians in which attributes of one Gaussian have new values.
+    """Return a copy of the Gaussians in which attributes of one Gaussian have new values.
 
     Args:
         gaussians: The Gaussians.
         index: Index of the Gaussian to change.
-        attributes: For each attribute to change, new values of its first rows.
+        attributes: New values by name of the attribute; they replace its first rows.
     """
     changed_attributes = {}
     for name, numbers in attributes.items():

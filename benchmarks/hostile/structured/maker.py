@@ -1,4 +1,4 @@
-"""Generates streams with one or two faults; a series and a number determine a stream."""
+"""Generates streams with up to two faults; each is determined by a series and a number."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,8 +22,8 @@ _DONOR_COUNT = 24
 class StructuredMaker:
     """Generates the streams of a series.
 
-    Consecutive numbers cycle through all faults. A fifth of the streams have a second fault, which
-    is random.
+    Streams with consecutive numbers cycle through all faults. A fifth of the streams have a second
+    fault, which is chosen at random.
 
     Args:
         series: Number of the series of streams.
@@ -60,7 +60,7 @@ class StructuredMaker:
 def _build_stream(
     generator: RecordGenerator, faults: Sequence[Fault], header_donor: Builder | None = None
 ) -> Builder:
-    """Build a stream of a few frames with faults; return its builder.
+    """Generate a few frames and apply the faults to them; return the builder of the stream.
 
     Args:
         generator: Source of random values.

@@ -19,9 +19,10 @@ class Piece:
         kind: Type of the chunk.
         payload: Payload of the chunk; None for INDX and TAIL, whose payloads are generated.
         sequence: Sequence number to write; None for the correct number.
-        length: Length to write; None for the length of the payload.
+        length: Payload length to write; None for the correct length.
         sync: Sync word.
-        flipped_byte: Index of a byte in which a bit is flipped after the CRCs are computed.
+        flipped_byte: Index of the byte in which one bit is flipped after the CRCs are computed;
+            None to flip no bit.
     """
 
     kind: bytes

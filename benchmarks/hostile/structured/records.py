@@ -1,4 +1,4 @@
-"""Faults of records: wrong counts, changed sections, and sections of other frames."""
+"""Faults of records: wrong counts, changed sections, and sections copied from other frames."""
 
 import random
 from collections.abc import Callable, Sequence
@@ -20,7 +20,7 @@ _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 
 
 
 def _set_field(name: str, *values: int) -> Callable[[RecordGenerator, Record], Record]:
-    """Return a function that sets a field to one of the values, or changes it slightly."""
+    """Return a function that sets a field to a given value, or changes it by 1, or doubles it."""
 
     def change(generator: RecordGenerator, record: Record) -> Record:
         current = getattr(record, name)
@@ -133,7 +133,7 @@ def _resize_payload(generator: RecordGenerator, payload: bytes) -> bytes:
 
 
 def _set_word_count(generator: RecordGenerator, payload: bytes) -> bytes:
-    """Write a wrong word count of the first section, or a wrong flag."""
+    """Write a wrong word count into the first section, or a wrong value into a one-byte field."""
     rng = generator.rng
     offset, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
     number = rng.choice((2, 21, 255, 1 << 20, 1 << 30, _MAX_U32)) % (1 << 8 * size)
@@ -148,7 +148,7 @@ def list_record_faults(donors: Sequence[Record]) -> list[Fault]:
     """Return the possible faults of records.
 
     Args:
-        donors: Records of other streams; they include every type of record.
+        donors: Records of other streams, at least one of every type.
     """
     record_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "an extra zero word at the end": _change_section(_append_zero_word),

@@ -15,7 +15,7 @@ _EVEN_WEIGHT = WEIGHT_TOTAL // 2
 
 
 class StatingWriter:
-    """Collects planes as `PlaneWriter` does, but states probabilities at random.
+    """Collects planes like `PlaneWriter`, but states random probabilities for random contexts.
 
     Args:
         counts: Initial counts of the contexts; not modified.
@@ -66,7 +66,7 @@ class StatingWriter:
 
 
 def _get_weight(code: int) -> int:
-    """Return a code's weight of a 1; one half for undefined codes, which decoders reject."""
+    """Return the weight of a 1 that a code states; half of the total for an undefined code."""
     return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN_WEIGHT
 
 

@@ -1,4 +1,4 @@
-"""Faults of the container: HEAD, chunk headers, the order of chunks, INDX, TAIL, and bytes."""
+"""Faults of the container: HEAD, chunk headers, order of chunks, INDX, TAIL and damaged bytes."""
 
 import math
 import struct
@@ -47,7 +47,7 @@ def _change_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
 
 
 def _change_version(generator: RecordGenerator, pieces: Pieces) -> Pieces:
-    """Write a different version, or require a feature that the stream does not need."""
+    """Write a different format version, or require a feature that the stream does not need."""
     head = bytearray(pieces[0].payload or b"")
     head[generator.rng.choice((0, 0, 1, 2, 5, 6))] = generator.rng.choice((0, 2, 128, 255))
     return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
@@ -65,7 +65,7 @@ def _resize_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
 def _change_piece(
     **choose_by_field: Callable[[RecordGenerator, Piece], Any],
 ) -> Callable[[RecordGenerator, Pieces], Pieces]:
-    """Return a function that chooses new values for fields of a random piece."""
+    """Return a function that sets fields of a random piece to values that it chooses."""
 
     def change(generator: RecordGenerator, pieces: Pieces) -> Pieces:
         index = generator.rng.randrange(len(pieces))

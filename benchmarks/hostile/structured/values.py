@@ -1,4 +1,4 @@
-"""Faults of values: values that can be coded but that no encoder writes."""
+"""Faults of values: values that can be coded, but that no encoder would write."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -38,7 +38,7 @@ _DIFFERENCES = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (
 def overflow_codes(
     generator: RecordGenerator, gaussians: Gaussians, _header: StreamHeader
 ) -> Gaussians:
-    """Give a Gaussian a color out of range whose coded differences are in range."""
+    """Give a Gaussian a color that is out of range, by coded differences that are in range."""
     sign = generator.rng.choice((-1, 1))
     limit, excess = sign * CODE_LIMIT, sign * generator.rng.choice((1, 2, CODE_LIMIT))
     codes = gaussians.codes.copy()
@@ -68,7 +68,7 @@ def overflow_rotations(
 def cancel_identity_rotation(
     generator: RecordGenerator, symbols: list[Int64], frame_start: State
 ) -> list[Int64]:
-    """Make the w residuals cancel the identity rotation, for all Gaussians or for one anchor."""
+    """Set w residuals that cancel the identity rotation, for all Gaussians or for one anchor."""
     identity = frame_start.scene.header.rotation_unity * frame_start.scene.header.level_count
     new_symbols = [np.zeros_like(level) for level in symbols]
     if generator.rng.random() < 0.5:
@@ -129,7 +129,7 @@ def _make_zero_update(generator: RecordGenerator, moved_frame: State) -> Updates
 
 
 def use_missing_parents(generator: RecordGenerator, births: Births, moved_frame: State) -> Births:
-    """Set parents to indices just above or far above the largest index, or above 64 bits."""
+    """Set parents to indices just above or far above the largest index, or to more than 64 bits."""
     count = moved_frame.scene.count
     differences = np.zeros_like(births.parents)
     differences[generator.rng.randrange(differences.size)] = generator.rng.choice(
@@ -149,7 +149,7 @@ def place_births_far(generator: RecordGenerator, births: Births, _moved_frame: S
 
 
 def overflow_birth_codes(generator: RecordGenerator, births: Births, moved_frame: State) -> Births:
-    """Give a new Gaussian codes out of range whose coded differences are in range."""
+    """Give a new Gaussian codes that are out of range, by coded differences that are in range."""
     if generator.rng.random() < 0.5:
         return replace(
             births, newborn=overflow_codes(generator, births.newborn, moved_frame.scene.header)
@@ -169,7 +169,7 @@ def overflow_birth_rotations(
 
 
 def overflow_keys(generator: RecordGenerator, chunk: CanonicalChunk) -> CanonicalChunk:
-    """Code Morton keys that are outside the box, or that exceed 64 bits."""
+    """Code Morton keys of positions outside the box, or keys that exceed 64 bits."""
     differences = generator.array_rng.choice([0, 0, 1], chunk.gaussian_count)
     for _ in range(generator.rng.choice((1, 1, 4))):
         differences[generator.rng.randrange(differences.size)] = generator.rng.choice(_DIFFERENCES)
@@ -185,7 +185,7 @@ def open_random_writer(generator: RecordGenerator, counts: ContextCounts) -> Sta
 
 
 def open_undefined_code_writer(generator: RecordGenerator, counts: ContextCounts) -> StatingWriter:
-    """Return a writer that states random probabilities, some of them by undefined codes."""
+    """Return a writer that states probabilities by random codes, some of which are undefined."""
     return _open_stating_writer(generator, counts, range(generator.rng.choice((0, 200)), 256))
 
 
