@@ -17,8 +17,8 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dict[str, str]:
     """Return the metadata of a stream: capture, settings and software.
 
-    Only settings that differ from the defaults of `EncoderConfig` are included, because
-    all settings would take more bytes than a frame.
+    Only settings that differ from the defaults of `EncoderConfig` are included, because a list
+    of all settings would take more bytes than a frame.
 
     Args:
         capture: The capture to encode.

@@ -62,7 +62,7 @@ def encode(
         sink: Binary file to which the stream is appended, one complete frame at a time.
         options: Options of the encode; None for the defaults.
         partial_stream: The part of the stream that the sink already contains. Bytes after this
-            part are removed, and the encode continues. The stream becomes the same as that of
+            part are removed, and the encode continues. The result is identical to the stream of
             an uninterrupted encode. A finished stream is not changed.
 
     Raises:

@@ -1,7 +1,8 @@
 """Estimates the time of an encode and the size of the stream before the encode starts.
 
-Time is extrapolated from a few training steps of frame 0 on this machine. Size is
-extrapolated from the captures in benchmarks/, with an error of up to a factor of three.
+The time is extrapolated from a few training steps of frame 0 on this machine. The size is
+extrapolated from measurements of the captures in benchmarks/, and can be wrong by a factor of up
+to three.
 """
 
 import math

@@ -122,7 +122,7 @@ def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:
 
 
 def _count_picture_bytes(capture: Capture) -> int:
-    """Return the bytes of memory for the pictures of a frame in training and video decoders."""
+    """Return the memory that the pictures and the video decoders need, bytes."""
     cameras = [capture.cameras[index] for index in capture.training]
     pixel_count = sum(camera.width * camera.height for camera in cameras)
     training_bytes = pixel_count * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_COPY_FACTOR

@@ -102,8 +102,8 @@ def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:
 def measure_sharpness(pictures: Iterable[Image]) -> float:
     """Measure the mean difference between neighboring pixels, as a fraction of white.
 
-    The mean is over pixels, colors and both directions, after a 3x3 box filter that
-    suppresses noise. All sums are integers, so the result is the same on every machine.
+    The mean is taken over all pixels, color channels and both axes, after a 3x3 box filter has
+    suppressed noise. All sums are integers, so the result is the same on every machine.
 
     Args:
         pictures: Pictures `[H, W, 3]`; pictures with a side shorter than 4 pixels are

@@ -22,7 +22,8 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
 
     After an interruption, another call resumes the encode and produces the same bytes as an
     uninterrupted encode. A file with the complete stream is not changed. Until frame 0 is
-    written, its training is saved in a checkpoint in the same folder (`checkpoint_path`).
+    written, the state of its training is saved in a checkpoint in the same folder
+    (`checkpoint_path`).
 
     Args:
         capture: Multi-view video.

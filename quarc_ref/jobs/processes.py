@@ -81,7 +81,10 @@ def _join_or_kill(process: BaseProcess) -> None:
 
 @contextmanager
 def _change_environment(changes: Mapping[str, str]) -> Iterator[None]:
-    """Set variables that a new process inherits, as it may load libraries before `_run_worker`."""
+    """Set environment variables for the processes that are started within this context.
+
+    They cannot be set in `_run_worker`, because libraries may be loaded before it runs.
+    """
     previous_values = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)
     try:

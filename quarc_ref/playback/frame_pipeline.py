@@ -134,7 +134,7 @@ class FramePipeline:
 
 
 class _TimedDecoder(StreamDecoder):
-    """A decoder that measures the time to decode a chunk, without waits for the source."""
+    """A decoder that measures decoding time, excluding the time spent waiting for the source."""
 
     nanoseconds = 0
 

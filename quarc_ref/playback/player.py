@@ -80,7 +80,7 @@ class Player:
 
         Args:
             start: Ordinal of the first frame.
-            stop: Ordinal after that of the last frame; None for all later frames.
+            stop: Ordinal of the frame before which playback ends; None: play all remaining frames.
 
         Yields:
             The frames in order.

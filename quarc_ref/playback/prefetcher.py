@@ -65,7 +65,7 @@ class Prefetcher(Generic[_Item]):
 
 
 class _Worker(Generic[_Item]):
-    """What the thread of a `Prefetcher` runs, and the data that both share."""
+    """Fills the buffer of a `Prefetcher` in its thread; contains the data that both threads use."""
 
     def __init__(
         self, make_iterator: Callable[[], Generator[_Item]], max_items: int, closed: Event
@@ -75,7 +75,7 @@ class _Worker(Generic[_Item]):
         self.closed = closed
 
     def run(self) -> None:
-        """Produce all items, then the end or the error of the iterator."""
+        """Put all items into the buffer, then a marker of the iterator's end or its error."""
         error = None
         try:
             self._produce_all()

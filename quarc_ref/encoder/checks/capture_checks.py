@@ -1,9 +1,9 @@
 """Checks whether a capture can be encoded with good quality, using only frame 0.
 
 The checks rely on the initial points, which show where the scene is. Training overfits
-individual views if the views see few of the points, see the points from very different
-directions, or show different colors at the projected points. The thresholds were chosen on
-synthetic and real captures with 3 to 30 cameras (docs/experiments/capture-checks.md).
+individual views if few views see a point, if neighboring views see it from very different
+directions, or if the views show it in different colors. The thresholds were chosen on synthetic
+and real captures with 3 to 30 cameras (docs/experiments/capture-checks.md).
 """
 
 from collections.abc import Iterator, Sequence
@@ -187,7 +187,7 @@ def _nearest_cosines(
 def _read_first_frame(capture: Capture) -> Iterator[Image]:
     """Yield the training pictures of frame 0 of the full capture.
 
-    The initial points show the scene at this frame.
+    Frame 0 is used because the initial points represent the scene at that frame.
     """
     full_capture = capture.full_capture
     return (full_capture.image(index, 0) for index in full_capture.training)
@@ -226,7 +226,7 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
 
 
 def _hold_out_options(capture: Capture, names: Sequence[str]) -> str:
-    """Return command-line options that hold out cameras in addition to the current ones."""
+    """Return `--held-out` options for these cameras and for those already held out."""
     held_out = [capture.cameras[index].name for index in capture.held_out]
     return " ".join(f"--held-out {name}" for name in [*held_out, *names])
 

@@ -1,10 +1,10 @@
 """Checks poses by color: pixels should have the colors of the initial points they show.
 
-The agreement of a picture and a pose is the correlation between the colors of visible
-points and the pixels at their projections; it does not depend on exposure. Pictures are
-mixed up if they agree better with each other's poses than with their own. A pose is wrong if
-its picture agrees better after a shift, or agrees much less than the pictures of other
-cameras.
+The agreement of a picture and a pose is the correlation between the colors of visible points and
+the pixels at their projections; it does not depend on exposure. Pictures are reported as mixed
+up if they agree better with each other's poses than with their own. A pose is reported as wrong
+if the agreement with its picture increases when the picture is shifted, or is much lower than
+that of other cameras.
 """
 
 from collections.abc import Iterator, Sequence

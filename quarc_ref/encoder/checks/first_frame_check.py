@@ -2,8 +2,8 @@
 
 Training optimizes these views, so a scene that looks bad in them looks bad in all views. The
 PSNR of each view is compared with the PSNR of its coarse picture, in which squares of 1/20 of
-the width are replaced by their mean colors. A view with a lower PSNR than this has no
-detail.
+the width are replaced by their mean colors. A view whose PSNR is lower than that of its coarse
+picture shows no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -152,7 +152,7 @@ def measure_shifts(
 
 
 def _remove_constant_change(changes: Changes) -> Changes:
-    """Subtract the median over time from the changes of each pixel, which removes noise."""
+    """Subtract each pixel's median change, which is caused by noise; clamp the result at 0."""
     return np.maximum(changes - np.median(changes, axis=0), 0).astype(np.float32)
 
 
@@ -171,9 +171,9 @@ def _correlate(
     baseline: Numbers,
     max_shift: int,
 ) -> Numbers | None:
-    """Return `[2 * max_shift + 1]` correlations of two cameras' motion in their common planes.
+    """Return `[2 * max_shift + 1]` correlations of the motion of two cameras in shared planes.
 
-    Item n compares the first camera at frame t + n - max_shift with the second camera at
+    Correlation n compares the first camera at frame t + n - max_shift with the second camera at
     frame t. The result is None if the cameras have too few planes in common.
     """
     reference_direction = rays[0].mean(axis=(0, 1))
@@ -225,7 +225,7 @@ def _measure_plane_angles(
 
 
 def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
-    """Return the `[T, plane]` square roots of the motion summed over each plane."""
+    """Return the square root of the sum of the motion in each plane, `[T, plane]`."""
     is_valid = (planes >= 0) & (planes < _PLANE_COUNT)
     sums = np.zeros((len(motion), _PLANE_COUNT))
     valid_motion = motion.reshape(len(motion), -1)[:, is_valid]

@@ -86,7 +86,7 @@ def _measure_picture(
 
 
 def _compare_light(light: Numbers) -> Numbers:
-    """Return `[camera, 4]` differences from the median camera in stops: exposure, three tints.
+    """Return `[camera, 4]` exposure and three tints relative to the median camera, in stops.
 
     Each value is the lower or upper quartile over the points, whichever is nearer to 0, because
     points with undetected occlusions would exaggerate the differences.
@@ -116,9 +116,9 @@ def _find_odd_exposures(names: Sequence[str], stops: Numbers) -> Iterator[Findin
     if camera_indices:
         descriptions = [f"{names[i]} by {exposures[i]:+.1f} stops" for i in camera_indices]
         message = (
-            f"exposures differ from those of most cameras: {format_names(descriptions)}. Lock "
-            "exposure, ISO and aperture, or correct the videos; the encoder corrects only "
-            "smaller differences"
+            "the exposures of these cameras differ from those of most cameras: "
+            f"{format_names(descriptions)}. Lock exposure, ISO and aperture, or correct the "
+            "videos; the encoder corrects only smaller differences"
         )
         yield Finding("exposure-differs", message, tuple(names[i] for i in camera_indices))
 
@@ -133,8 +133,8 @@ def _find_odd_tints(names: Sequence[str], stops: Numbers) -> Iterator[Finding]:
             for i in camera_indices
         ]
         message = (
-            f"colors differ from those of most cameras: {format_names(descriptions)}. Lock the "
-            "white balance, or correct the videos"
+            "the colors of these cameras differ from those of most cameras: "
+            f"{format_names(descriptions)}. Lock the white balance, or correct the videos"
         )
         yield Finding("colors-differ", message, tuple(names[i] for i in camera_indices))
 

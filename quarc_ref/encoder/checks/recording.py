@@ -22,7 +22,7 @@ class Recording:
 
     Attributes:
         block_size: Integer factor by which width and height are reduced.
-        gray_pictures: `[T, rows, columns]` gray levels of the first T frames, 0 to 255,
+        gray_pictures: `[T, rows, columns]` gray levels (0 to 255) of the first T frames,
             multiplied by 128.
         is_readable: `[T]` whether a frame could be read.
         faults: Error message of each frame that could not be read, by frame index.

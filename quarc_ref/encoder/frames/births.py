@@ -35,8 +35,8 @@ def fit_births(
         context: Training views, renderer and random numbers.
         moved_state: The decoder's state after the motion of the frame.
         statistics: Screen-space gradients from stage 1.
-        config: All settings. Births use the birth settings, the D-SSIM weight of motion and the
-            learning rates of canonical frames.
+        config: All settings. All birth settings are used, and also the D-SSIM weight of the
+            motion settings and the learning rates of the canonical settings.
         cost: Cost of coding the births.
 
     Returns:

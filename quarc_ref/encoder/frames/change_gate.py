@@ -26,9 +26,8 @@ def compute_gate_weights(
         view_count: Number of training views to use. These views are evenly spaced
             in the list of views, and the same in every frame. If 0, all weights are 1.
 
-    The median of Eq. 5 is computed over the Gaussians that are visible in at least one view.
-    If
-    computed over all Gaussians, it could be 0, which would open the gate everywhere.
+    The median of Eq. 5 is computed over the Gaussians that are visible in at least one view. The
+    median over all Gaussians could be 0, which would open the gate everywhere.
     """
     if view_count == 0:
         return torch.ones_like(attributes.opacities)

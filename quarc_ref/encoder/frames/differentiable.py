@@ -43,7 +43,7 @@ def round_masked(values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:
 
     Args:
         values: `[N, k]` values.
-        limits: `[k]` maximum magnitudes. Values beyond them are clamped, without gradient.
+        limits: `[k]` maximum magnitudes. Larger values are clamped and have no gradient.
         mask: `[N]` mask of the rows to round. Other rows become 0 and have no gradient.
     """
     if _has_kernels(values) and is_rounding():

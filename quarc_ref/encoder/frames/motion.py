@@ -1,7 +1,7 @@
 """Stage 1 of training a frame: fits the motion residuals of the anchors (paper section 4).
 
-Every iteration renders the scene after moving it by quantized residuals. The loss includes
-the estimated rate of the residuals, so that the residuals of static parts become 0.
+Every iteration renders the scene after moving it by quantized residuals. The loss includes the
+estimated rate of the residuals, so that the residuals of static parts of the scene become 0.
 """
 
 from collections.abc import Sequence

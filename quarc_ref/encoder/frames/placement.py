@@ -1,9 +1,9 @@
 """Places new Gaussians: as clones of Gaussians in changed regions, or at pixels with large errors.
 
-The placement `gate` is the paper's rule (section 5): it clones Gaussians that pass the
-change gate. The placement `errors` (not in the paper) puts Gaussians on the surface at
-pixels with a large error, in the color of the picture. It also handles color changes without
-motion, which the gate barely detects.
+The placement `gate` is the paper's rule (section 5): it clones Gaussians that pass the change
+gate. The placement `errors` (not in the paper) puts Gaussians on the surface that is visible at
+pixels with a large error, and gives them the colors of these pixels. It also handles color
+changes without motion, which the gate barely detects.
 """
 
 import math

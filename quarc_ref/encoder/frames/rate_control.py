@@ -59,7 +59,7 @@ def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
 
 
 def quality_factor(quality: float) -> float:
-    """Return the factor of all rate-distortion weights for a quality from 0 to 100."""
+    """Return the factor by which a quality (0 to 100) multiplies all rate-distortion weights."""
     return math.exp2((_NEUTRAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
@@ -71,11 +71,12 @@ def control_rate(sizes: Sequence[int], target: float) -> float:
 
     Args:
         sizes: Sizes of all previous frames, bytes. Each frame must have been coded with the
-            factor that this function returned for the sizes before it.
+            factor that this function returned for the sizes of the frames before it.
         target: Desired mean frame size, bytes.
 
     Returns:
-        A factor from 1/256 to 256 that is from 1/3 to 3 times the factor of the previous frame.
+        A factor from 1/256 to 256, which is at least a third of the factor of the previous frame
+        and at most three times as large.
     """
     log_factor, log_constant, total_bytes = 0.0, math.log(target), 0.0
     for frame_count, size in enumerate(sizes, start=1):

@@ -1,7 +1,7 @@
 """Computes initial motion residuals of a frame from the decoded motion of the previous frame.
 
 The residuals depend only on the decoder's state, so a resumed encode gives the same bytes.
-Gaussians without previous motion start without motion.
+Gaussians whose previous motion is unknown, such as new ones, start without motion.
 """
 
 import numpy as np
@@ -50,7 +50,7 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
 
 
 def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
-    """Return each anchor's previous symbols; for resampled anchors, the mean of nearby anchors."""
+    """Return each anchor's previous symbols; a resampled anchor gets the mean of nearby ones."""
     new_levels = start.known_anchors.levels
     if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)

@@ -1,4 +1,4 @@
-"""Stores named arrays in a file, and rejects files with another layout.
+"""Stores named arrays in a file, and rejects files with a different layout.
 
 The file starts with a JSON line that contains a key, a CRC, and the type and shape of every
 array. The uncompressed bytes of the arrays follow. Types and shapes are compared with the

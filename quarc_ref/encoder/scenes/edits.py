@@ -1,7 +1,8 @@
 """Applies the same edit to all decoded frames: crop, erase, transform, recolor.
 
-The anchors of a stream depend on the number of Gaussians and on their positions. If an edit
-changes these, all frames are fitted again. Each Gaussian keeps its identity across frames.
+The anchors of a stream depend on the number of Gaussians and on their positions. An edit that
+changes either of them requires all frames to be fitted again. Each Gaussian keeps its identity
+across frames.
 """
 
 from collections.abc import Iterable, Iterator
@@ -84,7 +85,7 @@ class Similarity:
         )
 
     def apply_to_header(self, header: StreamHeader) -> StreamHeader:
-        """Return a header with the transformed scale and up axis (0 if up is no longer an axis)."""
+        """Return a header with the transformed scale and up axis; 0 if up is not along an axis."""
         up_axis = 0
         if header.up_axis:
             axis_index, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
@@ -149,7 +150,7 @@ class Edit:
 
 
 def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
-    """Yield edited frames, with ids that are unique across canonical frames.
+    """Yield edited frames; no two Gaussians have the same id, even after a canonical frame.
 
     Args:
         scenes: Decoded frames of a stream, in order.

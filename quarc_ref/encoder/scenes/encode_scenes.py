@@ -267,7 +267,8 @@ def _make_header(
 def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
     """Return the Gaussians to delete that are fainter than all Gaussians to keep.
 
-    A frame deletes its faintest Gaussians, so the returned Gaussians need no update.
+    A frame can delete its faintest Gaussians by storing only their number, so no updates are
+    needed to delete the returned Gaussians.
     """
     order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
     surviving = np.flatnonzero(~should_delete[order])

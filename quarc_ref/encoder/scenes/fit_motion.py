@@ -2,9 +2,9 @@
 
 The levels are fitted from the coarsest to the finest. Each anchor is set to the median of its
 Gaussians' remaining motion, in quantization steps. The median ignores outliers, which finer
-levels and updates can code. A second sweep fits each level to the motion that remains
-after the other levels. Finally, symbols of an anchor are set to 0 if its Gaussians stay within the
-tolerances without them.
+levels and updates can code. A second sweep fits each level to the motion that remains after the
+motion of the other levels is subtracted. Finally, symbols of an anchor are set to 0 if its
+Gaussians stay within the tolerances without them.
 """
 
 from collections.abc import Sequence
@@ -37,7 +37,7 @@ class Tolerances:
     rotation: float
 
     def by_channels(self, slack: Slack) -> tuple[tuple[slice, Float64], ...]:
-        """Return the slices of translation and rotation channels, each with `[N]` tolerances."""
+        """Return the slices of translation and rotation channels with their `[N]` tolerances."""
         return (
             (slice(0, 3), self.translation * slack.position),
             (slice(3, 6), self.rotation * slack.rotation),

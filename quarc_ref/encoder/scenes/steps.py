@@ -76,7 +76,7 @@ def choose_steps(
 def _choose_lattice(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
-    """Return a header with the lattice of the given positions, or else with a fine enough one."""
+    """Return a header whose lattice contains all positions, or is fine enough for the bound."""
     exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_FACTOR)
     if exponent is None or 2.0**-exponent > bounds.position:
         return _choose_fine_lattice(header, bounds, frames)

@@ -2,8 +2,8 @@
 
 Where the QuARC-GS paper states a value, the default is that value. `presets` defines named sets
 of settings; `--set motion.lr=5e-4` changes a single setting. The metadata of a field contains
-its description, which `quarc-ref encode --list-settings` prints. Iteration counts are
-optimizer steps; lengths are in world units unless stated otherwise.
+its description, which `quarc-ref encode --list-settings` prints. Each iteration is one optimizer
+step; lengths are in world units unless stated otherwise.
 """
 
 from dataclasses import dataclass, field, replace

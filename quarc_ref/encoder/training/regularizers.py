@@ -1,8 +1,8 @@
 """Regularization and rate terms of the canonical frame's loss.
 
-The opacity and scale penalty of 3DGS-MCMC suppresses haze: large faint Gaussians that fit
-the training views but are wrong in novel views. The rate term estimates the bits of a
-Gaussian's codes from the logarithm of their magnitude or spread.
+The opacity and scale penalty of 3DGS-MCMC suppresses haze: large faint Gaussians that fit the
+training views but are wrong in novel views. The rate term estimates the bits of a Gaussian's
+codes from the logarithm of their magnitude or mean absolute deviation.
 """
 
 import torch

@@ -95,7 +95,7 @@ _FIELD_NAMES = tuple(field.name for field in fields(Attributes))
 
 
 def from_splats(splats: Splats, device: torch.device) -> Attributes:
-    """Return the attributes of a decoded scene; SH degree 1 is 0 if the stream has none."""
+    """Return the attributes of a decoded scene; `sh_rest` is 0 if the stream has no SH degree 1."""
     sh = torch.zeros((splats.positions.shape[0], 4, 3), device=device)
     sh[:, : splats.sh.shape[1]] = torch.from_numpy(splats.sh).to(device)
     return Attributes(
