@@ -15,7 +15,7 @@ from quarc_ref.format.cameras import Camera
 
 
 class CameraGroup:
-    """Measures the quality of decoded frames, in temporal order, on a group of cameras.
+    """Measures decoded frames on a group of cameras; frames must be measured in temporal order.
 
     Args:
         capture: Capture whose pictures are the ground truth.

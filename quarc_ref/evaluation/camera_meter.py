@@ -36,8 +36,8 @@ class CameraMeter:
     """Measures the views of one camera in temporal order.
 
     Args:
-        background: `[H, W, 3]` background from `find_background`; None if unknown, so that
-            metrics of regions are not measured.
+        background: `[H, W, 3]` background from `find_background`; None if unknown; the metrics of
+            the moving and static regions are then None.
         correction: Color correction; the names of corrected metrics contain its prefix.
     """
 

@@ -78,7 +78,7 @@ class Lpips:
         return total
 
     def _list_features(self, pictures: Tensor) -> list[Tensor]:
-        """Return the `[2, C, h, w]` features after every slice of the network."""
+        """Return the `[2, C, h, w]` features of both pictures after each slice of the network."""
         shift, scale = (self._weights[f"scaling_layer.{name}"] for name in ("shift", "scale"))
         activations, features = (pictures - shift) / scale, []
         for index, layers in enumerate(_SLICES):

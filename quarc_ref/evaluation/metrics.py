@@ -38,7 +38,7 @@ def measure_psnr(picture: Picture, truth: Picture, mask: Mask | None = None) -> 
         mask: Non-empty `[H, W]` mask of the pixels to measure; None for all pixels.
 
     Returns:
-        The PSNR, at most `MAX_DECIBELS`, which is the value for equal pictures.
+        The PSNR; equal pictures have the maximum PSNR, `MAX_DECIBELS`.
     """
     if mask is not None:
         picture, truth = picture[mask], truth[mask]

@@ -62,7 +62,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
 
 
 def plot_bytes_by_kind(summary: StreamSummary) -> bytes:
-    """Return a PNG plot of the bytes by kind and the zero-order estimate of the same symbols."""
+    """Return a PNG plot of each kind's bytes and its size according to the zero-order estimate."""
     figure, (axes,) = _make_figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kinds = [*KINDS, "overhead"]
@@ -93,7 +93,7 @@ def plot_bytes_by_kind(summary: StreamSummary) -> bytes:
 
 
 def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
-    """Return a PNG plot of the size of the same symbols when coded with different coders.
+    """Return a PNG plot of the sizes to which different coders compress the same symbols.
 
     Args:
         panels: `{label of the y axis: {coder: size}}`; a panel may omit coders that do not
@@ -138,8 +138,8 @@ def plot_rate_distortion(
     """Return a PNG plot of quality against rate, with the upper hull.
 
     Args:
-        points: KB per frame, PSNR in dB and the changed setting of each point; the point of the
-            default settings comes first.
+        points: KB per frame, PSNR in dB and the changed setting of each point; the first point has
+            the default settings.
         hull: KB per frame and PSNR in dB of the points on the hull, in ascending order of rate.
     """
     figure, (axes,) = _make_figure(1, height=5)

@@ -50,7 +50,7 @@ class Protocol:
 
     @property
     def same_capture(self) -> bool | None:
-        """Whether the stream was encoded from this capture; None if it has no fingerprint."""
+        """Whether the stream comes from this capture; None if the stream has no fingerprint."""
         return None if self.encoded_from is None else self.encoded_from == self.fingerprint
 
     def as_json(self) -> dict[str, object]:

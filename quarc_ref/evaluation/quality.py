@@ -38,7 +38,7 @@ class Quality:
 
     @property
     def psnr(self) -> tuple[float, ...]:
-        """PSNR of every frame, averaged over the cameras, dB."""
+        """PSNR of every frame in dB, averaged over the cameras."""
         return self._list_frame_values("psnr")
 
     @property
@@ -68,7 +68,7 @@ class Quality:
         return [heading for heading, metric, _ in COLUMNS if metric in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
-        """Return a table row for each camera and one for their mean: the name, then the metrics."""
+        """Return rows of a name and the metrics: one row per camera and one for their mean."""
         named_metrics = [*self.by_camera().items(), ("mean", self.mean())]
         return [
             [

@@ -1,4 +1,4 @@
-"""Detects the moving region of pictures, whose errors a mean over all pixels would hide.
+"""Detects the moving region of pictures; a mean over all pixels would hide errors in this region.
 
 The background of a camera is the median of its pictures over time. The moving region
 consists of the pixels that differ from the background, and of a margin around them. All other
@@ -27,7 +27,7 @@ MOVING_VARIANT = (
 
 
 def choose_background_frames(frame_count: int) -> list[int]:
-    """Return the ascending ordinals of the frames whose median is the background.
+    """Return the ordinals, in ascending order, of the frames whose median is the background.
 
     Args:
         frame_count: Number of frames of the capture.

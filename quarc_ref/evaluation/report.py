@@ -64,7 +64,7 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
         "title": html.escape(f"{name}: {count_noun(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(
             f"Rendered from the decoded stream and measured on {held_out}, held out from training. "
-            f"{PSNR_VARIANT}. {SSIM_VARIANT}. KB are 1024 bytes."
+            f"{PSNR_VARIANT}. {SSIM_VARIANT}. 1 KB is 1024 bytes."
         ),
         "figures": _compose_key_figures(evaluation),
         "cameras_table": _compose_cameras(evaluation.quality),

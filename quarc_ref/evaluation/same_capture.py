@@ -38,7 +38,7 @@ class OtherCaptureError(MismatchError):
 def open_same_capture(
     summary: StreamSummary, folder: Path, *, other_capture: bool = False
 ) -> Capture:
-    """Open the capture of a stream, with the stream's picture size and held-out cameras.
+    """Open a stream's capture; use the picture size and the held-out cameras of the stream.
 
     Args:
         summary: Summary of the stream.
@@ -78,7 +78,7 @@ def open_same_capture(
 
 
 def _read_start(summary: StreamSummary) -> int:
-    """Return the number, in the capture, of the frame that is frame 0 of the stream.
+    """Return the frame number in the capture that corresponds to frame 0 of the stream.
 
     Raises:
         MismatchError: `start` in the stream's metadata is not a frame number.

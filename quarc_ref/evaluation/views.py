@@ -50,8 +50,8 @@ def measure_views(
     Args:
         splats: Splats of the frame.
         frame: Ordinal of the frame.
-        cameras: Cameras for which to render, in the order of the capture. They may come from a
-            stream, whose cameras are rounded and differ slightly from those of the capture.
+        cameras: Cameras for which to render, in the order of the capture. These may be the cameras
+            of a stream, which are rounded and differ slightly from those of the capture.
         capture: Capture whose pictures are the ground truth.
         indices: Indices of the cameras to render; None for the held-out cameras.
     """
@@ -73,7 +73,7 @@ def measure_views(
 def make_view(
     frame: int, camera: str, image: Image, picture: Picture, mask: Mask | None = None
 ) -> View:
-    """Return a view, with metrics, of a rendering and an 8-bit picture.
+    """Measure a rendering against an 8-bit picture; return both and the metrics as a view.
 
     Args:
         frame: Ordinal of the frame.
@@ -94,7 +94,7 @@ def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
     picture: Picture,
     mask: Mask | None = None,
 ) -> View:
-    """Return a view, with metrics, of a rendering and its ground truth.
+    """Measure a rendering against its ground truth; return both and the metrics as a view.
 
     Args:
         frame: Ordinal of the frame.

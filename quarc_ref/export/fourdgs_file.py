@@ -113,8 +113,8 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
     Args:
         data: Bytes of the file.
-        frames_per_second: Sampling rate. If None, a keyframe-delta file is sampled once per stored
-            state, and other files are sampled 30 times per second.
+        frames_per_second: Sampling rate. If it is None, a keyframe-delta file is sampled once per
+            stored state, and any other file 30 times per second.
 
     Raises:
         ValueError: The file is not a `.4dgs` file, or has too many frames.

@@ -1,8 +1,8 @@
 """Writes and reads frames as 3DGS PLY files (SPEC Annex C.1), the common format of splat viewers.
 
-Scales are natural logarithms, opacities are logits, and quaternions are wxyz. SH rest is
-stored channel by channel, red first. The format does not define axes, so files contain the
-coordinates of the stream.
+Scales are natural logarithms, opacities are logits, and quaternions are wxyz. SH rest is stored
+channel by channel, red first. The format does not define axes, so the coordinates of the stream are
+written unchanged.
 """
 
 import numpy as np

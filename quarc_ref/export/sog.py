@@ -1,4 +1,4 @@
-"""Exports a frame as SOG version 2 with the library gaussforge; the axes do not change."""
+"""Exports a frame as SOG version 2 with the library gaussforge, without changing the axes."""
 
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.conversion import convert

@@ -1,7 +1,7 @@
 """Writes SPZ version 3 and reads versions 1 to 4 with the library gaussforge.
 
-SPZ defines the axes: x is right, y is up, z is back. Positions have steps of 2^-12 units and
-a range of ±2048 units; the components of other attributes have at most 10 bits.
+SPZ defines the axes: +x points right, +y up and +z backward. Positions are stored in steps of 2^-12
+units with a range of ±2048 units; each component of the other attributes has at most 10 bits.
 """
 
 import zlib

@@ -36,7 +36,7 @@ class ExportFormat:
         module: Name of the module that writes the format.
         is_sequence: Whether one file contains all frames; otherwise, each frame has its own file.
         package: Import name of the library that the module needs; None if it needs none.
-        extra: Extra of quarc-ref that installs the library; None if no library is needed.
+        extra: Name of the quarc-ref extra that installs the library; None if no library is needed.
     """
 
     suffix: str
@@ -50,13 +50,13 @@ class ExportFormat:
         """Import the library, so that a missing library is reported before frames are decoded.
 
         Raises:
-            ImportError: The library is not installed; `extra` installs it.
+            ImportError: The library is not installed; the extra `extra` of quarc-ref installs it.
         """
         if self.package is not None:
             import_module(self.package)
 
     def load_builder(self) -> "Callable[[Frame, Clip], bytes]":
-        """Return the function that builds the file of a frame; sequence formats have none.
+        """Return the function that builds the file of a frame; not supported by sequence formats.
 
         Raises:
             ImportError: The library is not installed.

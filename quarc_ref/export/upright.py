@@ -28,7 +28,7 @@ _MIRRORED_UP_AXES = {"+z": "-z", "-z": "+z"}
 def rotate_upright(splats: Splats, clip: Clip) -> Splats:
     """Rotate splats to right-handed axes with +y up.
 
-    If the stream declares no up axis, its up axis is assumed to be -y.
+    A stream that declares no up axis is assumed to have the up axis -y.
 
     Args:
         splats: Splats in the axes of the stream.

@@ -57,7 +57,7 @@ def _render_band(sorted_projection: Projection, band: Band, picture: Picture) ->
 
 
 def _cut_slices(counts: Int32) -> Iterator[slice]:
-    """Yield slices of at most `MAX_SLICE_PAIRS` pairs; only a slice of one Gaussian may have more.
+    """Yield slices of at most `MAX_SLICE_PAIRS` pairs; a slice of a single Gaussian may have more.
 
     Args:
         counts: `[N]` numbers of pairs of the Gaussians.

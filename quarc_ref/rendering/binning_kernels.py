@@ -1,14 +1,14 @@
 """Kernels that assign Gaussians to the tiles of a picture in depth order.
 
-Visible Gaussians are sorted once by depth and then added to the lists of their tiles, so
-every list is sorted. A Gaussian is listed in the tiles and rows that its ellipse intersects;
-its bounding box may intersect more. The alpha of the Gaussian is below 1/255 at all other
-pixels, so tiling does not change the picture.
+Visible Gaussians are sorted once by depth and then added to the lists of their tiles, so every list
+is sorted. A Gaussian is listed in the tiles and rows that its ellipse intersects; its bounding box
+may intersect more of them. The alpha of the Gaussian is below 1/255 at all other pixels, so tiling
+does not change the picture.
 
-A band is a tuple of its first row of tiles, its end row (exclusive), and the number of tiles
-per row. Floats are clamped before they are converted to integers, and Gaussians with
-non-finite values are assigned to no tile, because conversions of NaN and of values out of
-range have different results on different machines.
+A band is a tuple of its first row of tiles, its end row (exclusive), and the number of tiles per
+row. Converting NaN or an out-of-range float to an integer gives different results on different
+machines. Therefore, floats are clamped before the conversion, and Gaussians with non-finite values
+are assigned to no tile.
 """
 
 import math
@@ -73,8 +73,8 @@ def _compute_extent(
 ):
     """Return the extent of an ellipse along one axis within a range of the other axis.
 
-    The extent is returned as start and end, relative to the center. The start exceeds the end
-    if the ellipse is outside the range.
+    The extent is returned as its start and its end, both relative to the center. The start exceeds
+    the end if the ellipse is outside the range.
 
     Args:
         b: Coefficient b of the conic.
@@ -110,7 +110,7 @@ def _clamp(value, low, high):
 
 @kernel
 def _find_tile_columns(row, ellipse, columns):
-    """Return first and end column (exclusive) of the tiles in a row that an ellipse intersects."""
+    """Return the first and end tile column (exclusive) that an ellipse intersects in a tile row."""
     x, y, b, inverse_a, inverse_c, limit_a, _, det, width, height = ellipse
     low = np.float32(row * TILE) + _HALF - y
     begin, end = _compute_extent(
@@ -141,7 +141,7 @@ def _find_pixel_rows(row, column, ellipse):
 
 @kernel
 def _find_tile_rows(ellipse, top, bottom):
-    """Return the first and the end row (exclusive) of tiles that an ellipse intersects."""
+    """Return the first and the end tile row (exclusive) that an ellipse intersects."""
     x, y, width, height = ellipse[0], ellipse[1], ellipse[8], ellipse[9]
     if not (math.isfinite(x + width) and math.isfinite(y + height)):
         return top, top
@@ -173,7 +173,7 @@ def list_tiles(means2d, conics, max_exponents, starts, band):
     Args:
         starts: `[N + 1]` start of each Gaussian's tiles in the result: the cumulative sums of
             `count_tiles`.
-        band: The band, as for `count_tiles`.
+        band: Band, as in `count_tiles`.
 
     Returns:
         `[P]` indices of tiles, counted row by row within the band, and for each of them the
@@ -202,8 +202,8 @@ def fill_tiles(order, starts, tiles, rows, tile_count):
     """Return the list of Gaussians of every tile.
 
     Returns:
-        `[T + 1]` start of each tile's list; `[P]` concatenated lists; `[P, 2]` pixel rows of
-        the list entries; `[P]` position in the lists of each entry of `tiles`.
+        `[T + 1]` start of each tile's list; `[P]` concatenated lists; `[P, 2]` pixel rows of the
+        list entries; `[P]` for each entry of `tiles`, its position in the concatenated lists.
     """
     list_starts = np.zeros(tile_count + 1, dtype=np.int64)
     for tile in tiles:

@@ -1,10 +1,9 @@
 """Kernels that compute the gradients of compositing, tile by tile.
 
-The backward pass runs front to back and repeats the decisions of the forward pass. It needs
-one additional number per pixel: the color of the Gaussians that are still to be blended,
-weighted by the gradient. Each pair of a tile and a Gaussian has a row of gradients. The rows
-of a Gaussian are summed in a fixed order, so the result does not depend on the number of
-threads.
+The backward pass runs front to back and repeats the decisions of the forward pass. The backward
+pass needs one additional number per pixel: the color of the Gaussians that are still to be blended,
+weighted by the gradient. Each pair of a tile and a Gaussian has a row of gradients. The rows of a
+Gaussian are summed in a fixed order, so the result does not depend on the number of threads.
 """
 
 import numba
@@ -49,7 +48,7 @@ def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums)
     """Blend a Gaussian into rows of a tile, and add its gradients to the column sums.
 
     Args:
-        rows: State of all rows of the tile, as in `_composite_backward`; modified in place.
+        rows: State of all rows of the tile, as in `_composite_backward`; it is modified in place.
         first: First row into which the Gaussian is blended.
         end: End row (exclusive).
         dx: Horizontal offset of the tile's first column from the Gaussian's center.

@@ -9,7 +9,7 @@ from quarc_ref.rendering.compiled import entry_kernel
 def merge_tiles(
     fixed_list_starts, fixed_lists, fixed_rows, fixed_depths, list_starts, lists, rows, depths
 ):
-    """Merge added Gaussians into tile lists, after fixed Gaussians of the same depth.
+    """Merge added Gaussians into tile lists; at equal depths, fixed Gaussians come first.
 
     Args:
         fixed_list_starts: `Tiles.list_starts` of the fixed Gaussians, `[T + 1]`.
@@ -22,9 +22,9 @@ def merge_tiles(
         depths: `[n]` depths of the added Gaussians.
 
     Returns:
-        `[K]` changed tiles; `[K + 1]` starts of the merged lists of these tiles; the merged
-        lists, in which added Gaussian i has the index N + i; pixel rows of the merged list
-        entries; position in the merged lists of each entry of `lists`.
+        `[K]` changed tiles; `[K + 1]` starts of the merged lists of these tiles; the merged lists,
+        in which added Gaussian i has the index N + i; pixel rows of the merged list entries; for
+        each entry of `lists`, its position in the merged lists.
     """
     tile_ids = np.flatnonzero(list_starts[1:] > list_starts[:-1]).astype(np.int32)
     merged_list_starts = np.zeros(tile_ids.size + 1, dtype=np.int64)

@@ -22,8 +22,8 @@ def render_picture(splats: Splats, camera: Camera) -> Float32:
 
     Args:
         splats: Splats of a frame; SH of other methods may have degrees up to 3.
-        camera: The camera. Gaussians closer than a fixed fraction of its near-plane distance are
-            not rendered (SPEC 10.3).
+        camera: The camera. Gaussians closer than a fixed fraction of the camera's near-plane
+            distance are not rendered (SPEC 10.3).
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
     for top, rows in render_bands(splats, camera):

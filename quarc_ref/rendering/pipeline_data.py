@@ -1,4 +1,4 @@
-"""Data types of the rendering steps, which consist of contiguous arrays."""
+"""Data types that the rendering steps exchange; they consist of contiguous arrays."""
 
 from dataclasses import dataclass
 from typing import NamedTuple

@@ -1,9 +1,9 @@
 """Kernels that project Gaussians, forward and backward (EWA, SH degree 1).
 
-Each Gaussian is processed by one thread and shares no data with others, so the number of
-threads does not affect the result. The backward pass recomputes values of the forward pass.
-SPEC 10.3 defines the conventions: pixel centers are at +0.5, and 0.3 is added to the diagonal
-of covariances. In the Jacobian only, x/z and y/z are clamped to the picture plus a margin.
+Each Gaussian is processed by one thread and shares no data with others, so the number of threads
+does not affect the result. The backward pass recomputes values of the forward pass. SPEC 10.3
+defines the conventions: pixel centers are at +0.5, and 0.3 is added to the diagonal of covariances.
+For the Jacobian, but not elsewhere, x/z and y/z are clamped to the picture plus a margin.
 
 A camera is an array of 22 numbers: rotation (9), translation (3), fx, fy, cx, cy, width, height,
 nearest depth, center (3).

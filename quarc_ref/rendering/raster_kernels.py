@@ -1,8 +1,8 @@
 """Kernels that composite Gaussians from front to back, tile by tile.
 
-For each Gaussian of a tile's list, the kernels process the rows that its ellipse intersects.
-The code for a row has no branches, so a row takes only a few vector operations. A negative
-transmittance marks an opaque pixel, which no longer changes.
+For each Gaussian of a tile's list, the kernels process the rows that its ellipse intersects. The
+code for a row has no branches, so it compiles to a few vector operations. A negative transmittance
+marks an opaque pixel, which no longer changes.
 """
 
 import math

@@ -1,6 +1,6 @@
 """The reference backend: plain torch in any float type, differentiated by autograd.
 
-This backend is simple but slow. Tests compare the other backends with it in float64. All
+This backend is simple but slow. Tests compare the other backends with this backend in float64. All
 pixels of a tile and all Gaussians whose bounding boxes intersect the tile form one matrix.
 """
 
@@ -56,7 +56,7 @@ class TorchRasterizer:
 
 
 def _find_finite_rows(*tensors: Tensor) -> Tensor:
-    """Return `[N]` booleans that tell whether a row is finite in all tensors."""
+    """Return `[N]` booleans: whether a row is finite in all tensors."""
     flat = torch.cat([tensor.flatten(start_dim=1) for tensor in tensors], dim=1)
     return torch.isfinite(flat).all(dim=1)
 

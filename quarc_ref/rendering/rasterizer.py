@@ -71,8 +71,8 @@ class Backdrop(Protocol):
         """Render the fixed and the added Gaussians together.
 
         Args:
-            added: Added Gaussians, at least one. They are the last rows of `means2d` and
-                `radii`, and only added Gaussians get gradients.
+            added: Added Gaussians, at least one. In the result, the last rows of `means2d` and
+                `radii` belong to the added Gaussians. Only added Gaussians get gradients.
         """
         ...
 
@@ -99,7 +99,7 @@ class Rasterizer(Protocol):
 
 
 class JoinedBackdrop:
-    """Backdrop for backends that have none of their own; it renders all Gaussians every time.
+    """Backdrop for backends without a backdrop class of their own; renders all Gaussians anew.
 
     Args:
         rasterizer: The rasterizer.

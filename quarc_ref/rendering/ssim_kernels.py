@@ -1,9 +1,9 @@
 """Kernels for SSIM and its gradient, with an 11x11 Gaussian window of sigma 1.5.
 
-Pictures are padded with zeros. 3DGS and its successors use this variant of SSIM, which reports
-call `ssim_inria`. A picture is an array of rows of interleaved colors, so every loop runs over
-contiguous memory, and neighboring pixels are three numbers apart. Each row is processed
-by one thread, so results do not depend on the number of threads.
+Pictures are padded with zeros. 3DGS and its successors use this variant of SSIM; in reports, it has
+the name `ssim_inria`. A picture is an array of rows of interleaved colors, so every loop runs over
+contiguous memory, and neighboring pixels are three numbers apart. Each row is processed by one
+thread, so results do not depend on the number of threads.
 """
 
 import math

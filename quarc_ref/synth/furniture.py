@@ -103,7 +103,7 @@ def _make_hidden_toys(pose: Matrix, phase: float, palette: Palette) -> list[Soli
 
 
 def make_screen(wipe: float, palette: Palette) -> list[Solid]:
-    """Return a screen on the wall; `wipe` is the share of it that shows the second picture."""
+    """Return a screen on the wall; its second picture covers the share `wipe` of the screen."""
     toy_colors = palette.toy_colors
     paint = Paint(
         patterns.SCREEN, toy_colors[5], palette.light, toy_colors[2], phase=wipe, glow=0.45

@@ -53,8 +53,8 @@ def list_occluders(stage, occluders, occluder_counts, center, radius):
 
     Args:
         stage: Stage from `pack_stage`.
-        occluders: `[L + 1, S]` output: indices of the solids that can block each lamp; in the
-            last row, of those that can block the ambient light.
+        occluders: `[L + 1, S]` output: row i lists the indices of the solids that can block lamp i,
+            and the last row lists those that can block the ambient light.
         occluder_counts: `[L + 1]` output: numbers of solids in the rows of `occluders`.
         center: Center of the sphere, three numbers.
         radius: Radius of the sphere.
@@ -120,7 +120,7 @@ def reflect_light(stage, occluders, occluder_counts, ray, hit_distance, surface,
 
 @inlined_kernel
 def _locate_spot(solids, surface, x, y, z):
-    """Return the spot of a surface point, for `evaluate_paint`, and its normal in world space."""
+    """Return the spot (see `texture_kernels`) and the world-space normal of a surface point."""
     if surface >= solids.shape[0]:
         face = surface - solids.shape[0]
         inward = 1.0 if face % 2 == 0 else -1.0

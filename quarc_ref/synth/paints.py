@@ -42,9 +42,9 @@ class Paint:
         second: Second color, linear RGB from 0 to 1.
         third: Third color, linear RGB from 0 to 1.
         scale: Period of the pattern in meters; patterns without a period ignore it.
-        phase: Offset of the pattern; some patterns use it as another parameter.
+        phase: Offset of the pattern; a few patterns use this number for something else.
         gloss: Strength of specular highlights.
-        glow: Emitted light as a factor of the color.
+        glow: Emitted light as a multiple of the color.
     """
 
     pattern: int

@@ -86,7 +86,7 @@ def _make_leg(
 
 
 def _bend_knee(body_pose: Matrix, hip: Matrix, ankle: Matrix) -> Matrix:
-    """Return the knee, in front of the hip and the ankle and one thigh length from both."""
+    """Return the knee's position: in front of hip and ankle, one thigh length away from each."""
     hip_to_ankle = ankle[:3, 3] - hip[:3, 3]
     knee_offset = math.sqrt(max(_THIGH_LENGTH**2 - float(hip_to_ankle @ hip_to_ankle) / 4, 0.0))
     forward = body_pose[:3, 2] - hip_to_ankle * float(body_pose[:3, 2] @ hip_to_ankle) / float(

@@ -53,7 +53,7 @@ class Scene:
     variant: Variant
 
     def at_time(self, time: float) -> Stage:
-        """Return the stage at a time in the video, in seconds."""
+        """Return the stage at a given time of the video, in seconds."""
         time = _BASE_TEMPO * self.variant.tempo * time
         return self._build_hall(time) if self.variant.is_stage else self._build_playroom(time)
 

@@ -27,7 +27,7 @@ class Solid:
     Attributes:
         shape: One of the shapes of `solid_kernels`.
         matrix: `[4, 4]` matrix from the shape's space to the world, in meters.
-        sizes: Meters per unit of the shape along its axes, which the paint uses.
+        sizes: Meters per unit of the shape along each of its axes; the paint needs these sizes.
         paint: Appearance of the surface.
         parameter: For a capsule, half the length of its axis in units of its radius; for a blob,
             the phase of its waves in turns; unused for other shapes.

@@ -129,7 +129,7 @@ def _paint_wood(paint, spot):
 
 @kernel
 def _compute_band_coverage(x, share):
-    """Return 1 in a share of each period of length 1, and 0 elsewhere, with soft edges."""
+    """Return 1 in stripes of width `share` and period 1, and 0 between them, with soft edges."""
     x = abs(x - math.floor(x) - 0.5)
     return 1 - ramp(x, share / 2 - 0.04, share / 2 + 0.04)
 
@@ -150,7 +150,7 @@ def _paint_checks(paint, spot):
 
 @kernel
 def _paint_gores(paint, spot):
-    """Return the color of a beach ball: six gores, of which three are colored, and two caps."""
+    """Return the color of a beach ball: six segments, three of them colored, and two caps."""
     first, second, third, _, _ = paint
     if abs(spot[4]) > 0.94:
         return first

@@ -1,7 +1,7 @@
 """Kernels that find the first surface that a ray hits, and test visibility between points.
 
-All rays of a pixel are similar, and so are all rays from a surface patch to a lamp. For such a
-bundle of rays, the solids whose bounding spheres it can hit are listed once as candidates. Each
+All rays of a pixel are close together, and so are all rays from a surface patch to a lamp. For such
+a bundle of rays, the solids whose bounding spheres it can hit are listed once as candidates. Each
 ray is tested only against the candidates. The room is a box around all solids and casts no shadows.
 """
 
@@ -44,7 +44,7 @@ def list_candidates(stage, candidates, start, start_radius, end, end_radius):
 
 @inlined_kernel
 def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_index):
-    """Return distance and index of the nearest surface hit, which may be the earlier hit.
+    """Return the distance and index of the nearest candidate, or the earlier hit if it is nearer.
 
     Args:
         solids: Solids of the stage.
@@ -52,7 +52,7 @@ def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_i
         count: Number of candidates.
         ray: Origin and unit direction of the ray, six numbers.
         nearest_distance: Distance of the nearest earlier hit.
-        nearest_index: Index of the surface that this earlier hit is on.
+        nearest_index: Index of the surface of the nearest earlier hit.
     """
     for j in range(count):
         i = candidates[j]

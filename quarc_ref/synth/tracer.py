@@ -42,12 +42,12 @@ def trace_view(stage: Stage, camera: RigCamera) -> TracedView:
 def trace_points(
     stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
 ) -> Points:
-    """Sample points on the surfaces that a camera sees, similar to the points of SfM.
+    """Sample points on the surfaces that a camera sees, similar to structure-from-motion points.
 
     Args:
         stage: The stage.
         camera: The camera that sees the points.
-        picture: The camera's picture, from which the colors are taken.
+        picture: The camera's picture, from which the colors of the points are taken.
         count: Number of points; each point is sampled at a random pixel.
         generator: Random number generator for the pixels and for the noise of the positions.
     """
@@ -63,7 +63,7 @@ def trace_points(
 
 
 def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
-    """Blur along an axis to imitate a real lens."""
+    """Blur a picture along an axis to imitate a real lens."""
     left_weight, center_weight, right_weight = _LENS_BLUR
     padding = [(int(dimension == axis), int(dimension == axis)) for dimension in range(light.ndim)]
     padded = np.pad(light, padding, mode="edge")

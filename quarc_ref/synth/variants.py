@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Variant:
-    """Differences between a variant and the playroom.
+    """A variant of the scene, described by its differences from the playroom.
 
     Attributes:
         summary: Short description for `--help` and tables.

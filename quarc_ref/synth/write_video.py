@@ -1,7 +1,7 @@
 """Writes the video of a synthetic camera; the same pictures give the same bytes.
 
-x264 runs on one thread and without assembly code. With assembly code, about one run in several
-hundred produces different bytes.
+x264 runs on one thread and without assembly code. With assembly code, roughly one in several
+hundred runs produces different bytes.
 """
 
 from collections.abc import Iterable

@@ -70,7 +70,7 @@ def outline_stream(source: Source) -> Outline:
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:
-    """Return the cameras that precede the first frame of a stream; None if it has no frame.
+    """Return the cameras before the first frame of a stream; None if the stream has no frames.
 
     Only the bytes before the first frame are read.
 
@@ -111,7 +111,7 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
 
 
 def fit_height(camera: Camera, width: int) -> int:
-    """Return the height of a camera's pictures after scaling to a width.
+    """Return the height of a camera's pictures after they are scaled to a width.
 
     Args:
         camera: The camera.

@@ -13,9 +13,9 @@ def parse_range(header: str | None, size: int) -> range | None:
         size: Size of the file, bytes.
 
     Returns:
-        The range of bytes within the file; empty if the requested range is after the end.
-        None means the whole file: the header is missing or malformed, or requests several
-        ranges. Servers may ignore such headers.
+        The range of bytes within the file; empty if the requested range is after the end. None
+        stands for the whole file and is returned if the header is missing or malformed, or requests
+        several ranges. RFC 9110 allows servers to ignore such headers.
     """
     match = _RANGE_PATTERN.fullmatch(header or "")
     if match is None or not (match["first"] or match["last"]):

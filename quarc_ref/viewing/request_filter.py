@@ -1,10 +1,10 @@
 """Restricts a local server to requests from the page that the user opened.
 
-Any website can make a browser send requests to this machine. In a DNS rebinding attack, the
-Host header of such requests contains a host name of the attacker. In most other attacks, the
-Origin header contains the address of the attacking website. Both kinds of requests are
-rejected, and also requests whose URL does not contain the token. The token is part of the
-URL of the page, random for each run, and unknown to other users and machines.
+Any website can make a browser send requests to this machine. In a DNS rebinding attack, the Host
+header of the request contains a host name of the attacker. In most other attacks, the Origin header
+contains the address of the attacking website. Requests with such a Host or Origin header are
+rejected, and so are requests whose URL does not contain the token. The token is a random part of
+the page's URL; it changes with each run and is unknown to other users and machines.
 """
 
 import hmac
@@ -25,7 +25,7 @@ class RequestFilter:
         extra_names: Additional host names of the server.
 
     Attributes:
-        token: Random first part of the path of every resource.
+        token: Random string with which the path of every resource begins.
     """
 
     def __init__(self, host: str, extra_names: Collection[str] = ()) -> None:

@@ -43,7 +43,7 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
         curve: Rate and quality of each operating point of the other method.
 
     Returns:
-        The deltas. Both are None, and the remark gives the reason, if a curve has fewer than
+        The deltas. Both deltas are None, and the remark gives the reason, if a curve has fewer than
         four points or its quality does not increase with the rate.
     """
     for name, points in (("the reference", reference), ("the method", curve)):

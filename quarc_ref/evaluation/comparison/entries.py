@@ -1,4 +1,4 @@
-"""Entries of a comparison, which render frames for cameras."""
+"""Defines the entries of a comparison; an entry renders frames for cameras."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
@@ -22,8 +22,9 @@ class Label:
     """The method and operating point of an entry.
 
     Attributes:
-        method: Name of the method; its entries form one rate-distortion curve.
-        point: Name of the operating point; its entries are runs with the same settings.
+        method: Name of the method; all entries of a method form one rate-distortion curve.
+        point: Name of the operating point; entries with the same method and point are runs with the
+            same settings.
     """
 
     method: str

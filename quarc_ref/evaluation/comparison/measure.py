@@ -42,7 +42,7 @@ class ComparedView:
         frame: Ordinal of the frame.
         truth: `[H, W, 3]` ground truth from 0 to 1.
         pictures: `[H, W, 3]` pictures from 0 to 1, in the order of the entries.
-        psnr: PSNR of each entry, dB.
+        psnr: PSNR of each entry, in dB.
     """
 
     camera: str
@@ -191,12 +191,12 @@ def _find_index(capture: Capture, name: str) -> int:
 
 
 def _find_background(capture: Capture | None, name: str) -> Picture | None:
-    """Return the static background of a camera; None if an entry is the ground truth."""
+    """Return the static background of a camera; None if there is no capture."""
     return None if capture is None else find_background(capture, _find_index(capture, name))
 
 
 def _choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames of a span that exist in all entries and in the capture."""
+    """Return the frames within a span that exist in every entry and in the capture."""
     common_frames = set.intersection(*(set(entry.info.frames) for entry in inputs.entries))
     if inputs.capture is not None:
         common_frames &= set(range(inputs.capture.frame_count))
@@ -221,7 +221,7 @@ def _format_frame_range(entry: Entry) -> str:
 
 
 def _choose_shown_views(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:
-    """Return cameras and frames: three frames of the first camera, and one of a few others."""
+    """Return camera-frame pairs: three of the first camera, and one of each of a few others."""
     middle_frame = frames[len(frames) // 2]
     first = {(cameras[0], frame) for frame in (frames[0], middle_frame, frames[-1])}
     return first | {(name, middle_frame) for name in cameras[1:_MAX_SHOWN_CAMERAS]}

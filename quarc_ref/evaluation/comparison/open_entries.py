@@ -1,4 +1,4 @@
-"""Opens the entries of the command line, beginning with streams, which define the cameras."""
+"""Opens the entries named on the command line; streams come first, as they define the cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +19,7 @@ _STREAM, _FOURDGS, _PLY = ".quarc", ".4dgs", ".ply"
 
 @dataclass(frozen=True, slots=True)
 class EntrySource:
-    """An entry that is not opened yet, with its label.
+    """An entry that has not been opened yet, with its label.
 
     Attributes:
         label: Method and operating point.
@@ -148,7 +148,7 @@ def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> 
 
 
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
-    """Return the cameras that all streams share, or the capture's if no entry is a stream."""
+    """Return the cameras that the streams share; if there are no streams, those of the capture."""
     if not streams:
         if capture is None:
             message = "no entry is a stream, so --capture is needed to define the cameras"

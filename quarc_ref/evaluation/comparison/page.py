@@ -30,7 +30,7 @@ def write_comparison(comparison: Comparison, summary: Summary, folder: OutputFol
 
     Args:
         comparison: Measurements of all entries.
-        summary: Summary of these measurements.
+        summary: Summary of the same comparison.
         folder: Output folder from `quarc_ref.files.written_folder`.
     """
     folder.write("points.csv", format_points_csv(summary))
@@ -98,7 +98,7 @@ def _describe_comparison(comparison: Comparison) -> str:
     frames, cameras = comparison.frames, comparison.cameras
     frame_range = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
     view_text = f"{count_noun(len(frames), 'frame')} ({frame_range}) of {', '.join(cameras)}"
-    return f"Measured against {comparison.truth}, on {view_text}. KB are 1024 bytes."
+    return f"Measured against {comparison.truth}, on {view_text}. 1 KB is 1024 bytes."
 
 
 def _compose_deltas(summary: Summary) -> str:
@@ -109,7 +109,7 @@ def _compose_deltas(summary: Summary) -> str:
 
 
 def _plot_rates(summary: Summary) -> list[str]:
-    """Return the HTML of quality plotted against rate; empty for fewer than two known rates."""
+    """Return the HTML of a plot of quality against rate; empty for fewer than two known rates."""
     points_with_rate = [point for point in summary.points if point.kilobytes_per_frame is not None]
     if len(points_with_rate) < _MIN_POINTS:
         return []
@@ -135,7 +135,7 @@ def _build_curves(points: Iterable[OperatingPoint], metric: str) -> Iterable[tup
 
 
 def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
-    """Return the HTML of PSNR plotted against the frame; empty for fewer than two frames."""
+    """Return the HTML of a plot of PSNR per frame; empty for fewer than two frames."""
     if len(comparison.frames) < _MIN_POINTS:
         return []
     curves = {

@@ -1,7 +1,7 @@
-"""Opens folders of pictures, which come from other renderers, as entries of a comparison.
+"""Opens folders of pictures from other renderers as entries of a comparison.
 
-The folder has PNG or JPEG files: `CAMERA/FRAME.png`, `FRAME/CAMERA.png`, or `FRAME.png`
-for a single camera. The last number in the name `FRAME` is the ordinal of the frame.
+The folder contains PNG or JPEG files named `CAMERA/FRAME.png` or `FRAME/CAMERA.png`, or `FRAME.png`
+if there is only one camera. The last number in the name `FRAME` is the ordinal of the frame.
 """
 
 from collections.abc import Collection, Mapping
@@ -93,7 +93,7 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
 def _list_by_frame(
     folder: Path, subfolder_pictures: Mapping[str, list[Path]], camera: str
 ) -> dict[int, Path]:
-    """Return a camera's picture files by frame, for the layout with one folder per frame."""
+    """Return a camera's picture files by frame, for folders with the layout `FRAME/CAMERA.png`."""
     picture_by_folder = {
         path.parent: path
         for paths in subfolder_pictures.values()

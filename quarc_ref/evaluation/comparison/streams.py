@@ -1,4 +1,4 @@
-"""Opens streams as entries; each stream is decoded once, from the first requested frame."""
+"""Opens streams as entries; each stream is decoded once, starting at the first requested frame."""
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -47,7 +47,7 @@ def open_stream(
 
 
 class _StreamDecoder:
-    """Decodes a stream on demand, in ascending order of frames."""
+    """Decodes the frames of a stream on demand, in ascending order."""
 
     def __init__(self, data: bytes) -> None:
         self._data = data

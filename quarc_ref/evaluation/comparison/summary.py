@@ -33,8 +33,8 @@ class PairedDifference:
     """PSNR of a point minus PSNR of the first point, compared view by view.
 
     Attributes:
-        psnr: Mean and deviation of the differences over all pairs, dB. A pair consists of two
-            views of the same camera and frame.
+        psnr: Mean and deviation of the differences over all pairs, in dB. A pair consists of two
+            views, one of each point, for the same camera and frame.
         better_share: Share of the pairs in which the point has the higher PSNR.
         pair_count: Number of pairs.
     """
@@ -49,14 +49,16 @@ class OperatingPoint:
     """An operating point of a method.
 
     Attributes:
-        label: Label that its entries share.
-        kind: Human-readable kind of its entries.
+        label: Label that the entries at this point share.
+        kind: Human-readable kind of the entries at this point.
         runs: Number of entries; all are runs with the same settings.
         metrics: Mean and deviation over the runs, by metric; None for a metric without values.
-        byte_count: Size of all frames, bytes; None if unknown.
-        kilobytes_per_frame: Size per frame, KB of 1024 bytes; None if unknown.
-        megabits_per_second: Mean bit rate, Mb/s, at the frame rate of the entries; None if unknown.
-        paired_difference: Differences from the first point; None for the first point.
+        byte_count: Size of all frames in bytes; None if unknown.
+        kilobytes_per_frame: Size per frame in KB of 1024 bytes; None if unknown.
+        megabits_per_second: Mean bit rate in Mb/s at the frame rate of the entries; None if
+            unknown.
+        paired_difference: Differences from the first operating point; None for the first point
+            itself.
     """
 
     label: Label
@@ -75,8 +77,8 @@ class MethodDelta:
 
     Attributes:
         method: Name of the method.
-        psnr: Deltas with PSNR as the quality.
-        ssim: Deltas with SSIM as the quality.
+        psnr: Deltas computed from PSNR.
+        ssim: Deltas computed from SSIM.
     """
 
     method: str
@@ -92,8 +94,8 @@ class Summary:
         points: Operating points in the order of the command line.
         reference: Method with which all other methods are compared; None if there is only one
             method.
-        deltas: Deltas of the other methods, except methods with one point if the reference also
-            has only one.
+        deltas: Deltas of every other method, unless both this method and the reference method have
+            only one point.
     """
 
     points: list[OperatingPoint]
@@ -161,7 +163,7 @@ def compute_optional_spread(numbers: Sequence[float]) -> Spread | None:
 
 
 def compute_spread(numbers: Sequence[float]) -> Spread:
-    """Return the mean and deviation of at least one number."""
+    """Return the mean and deviation of a non-empty sequence of numbers."""
     return Spread(fmean(numbers), stdev(numbers) if len(numbers) > 1 else None)
 
 
@@ -203,7 +205,7 @@ def _list_values(rows: Iterable[Measures], name: str) -> list[float]:
 
 
 def _build_curve(points: Sequence[OperatingPoint], method: str, metric: str) -> Curve:
-    """Return rate and quality of a method's points, without points whose rate is unknown."""
+    """Return the rate and the quality of each point of a method whose rate is known."""
     return [
         (point.kilobytes_per_frame.mean, quality.mean)
         for point in points

@@ -57,7 +57,7 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
 
 
 def describe_equal_views(comparison: Comparison) -> list[str]:
-    """Return a remark for each entry that has views equal to the ground truth."""
+    """Return a remark for each entry with views that are identical to the ground truth."""
     remarks = []
     for entry in comparison.measured:
         equal_count, view_count = entry.quality.count_equal_views()

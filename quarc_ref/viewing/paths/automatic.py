@@ -96,7 +96,7 @@ def plan_spiral(
 def plan_tour(
     cameras: Sequence[Camera], first_camera: Camera, _up_axis: int, count: int
 ) -> list[Pose]:
-    """Plan a smooth path through all cameras; the nearest remaining camera is always next.
+    """Plan a smooth path through all cameras, from each camera to the nearest remaining one.
 
     Args:
         cameras: Cameras of the stream.

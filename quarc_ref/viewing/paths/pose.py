@@ -99,7 +99,7 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
 def find_center(cameras: Sequence[Camera]) -> Vector:
     """Return the `[3]` point that is nearest to the optical axes of all cameras.
 
-    If the axes are parallel, the point is in front of the first camera.
+    If the optical axes are parallel, the point is in front of the first camera.
     """
     poses = [camera_pose(camera) for camera in cameras]
     normal_matrix = sum(

@@ -21,10 +21,12 @@ def plan_shots(
     Args:
         outline: Outline of the stream.
         path_name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
-        reference_camera: Camera that sets picture size, field of view and first pose of the path.
+        reference_camera: Camera that determines the picture size, the field of view and the first
+            pose of the path.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
-        picture_count: Number of pictures, over which the frames are distributed; None for one
-            picture per frame. It must be None for keyframe files, because these define times.
+        picture_count: Number of pictures; the frames are distributed evenly over them; None for one
+            picture per frame. It must be None if the path is a keyframe file, because the file
+            defines the times of the pictures.
 
     Raises:
         PathError: The path is invalid, or the stream has no frames in the span.
