@@ -1,8 +1,8 @@
 """Caches the machine code of this package's numba kernels on disk.
 
-The renderer and the synthetic scene use kernels; the decoder uses none. The cache contains the code
-of each kernel that Python calls, and of the kernels that this kernel calls. It is valid until any
-kernel of the package changes.
+The renderer and the synthetic scene use kernels; the decoder uses none. A cache entry contains the
+code of a kernel that Python calls, and of all kernels that it calls in turn. All entries are valid
+until any kernel of the package changes.
 """
 
 import hashlib
@@ -20,7 +20,7 @@ __all__ = ["cached_njit", "numba"]
 
 @contextmanager
 def _hide_module(module: str) -> Iterator[None]:
-    """Within the block, make imports of a module fail, unless it has been imported already."""
+    """Make imports of a module fail in a `with` block, unless it has already been imported."""
     if module in sys.modules:
         yield
         return
@@ -40,8 +40,8 @@ with _hide_module("coverage"):  # importing coverage takes as long as loading a 
 def _import_without_blas() -> None:
     """Import the modules that most kernels use, without the slow import of `scipy.linalg`.
 
-    numba imports SciPy's BLAS to check that BLAS exists, and again when a kernel uses it. No kernel
-    of this package uses BLAS, so an empty module replaces BLAS during the import.
+    numba imports SciPy's BLAS to check that it exists, and imports it again when a kernel uses it.
+    No kernel of this package uses BLAS, so an empty module replaces BLAS during the import.
     """
     blas = "scipy.linalg.cython_blas"
     if blas in sys.modules or find_spec("scipy") is None:
@@ -57,9 +57,9 @@ class _KernelCache(FunctionCache):
     """A cache on disk for the machine code of a kernel.
 
     In numba, a cache entry is valid until the kernel's own file changes. Here it is valid until any
-    kernel file changes, because it may contain inlined code of other kernels. Moreover, numba
-    initializes its compiler before it reads the cache, and this takes a fifth of the time to the
-    first frame. This class initializes the compiler only if a kernel has to be compiled.
+    kernel file changes, because an entry may contain inlined code of other kernels. In addition,
+    numba initializes its compiler before it reads the cache, which takes a fifth of the time to
+    the first frame. This class initializes the compiler only if a kernel has to be compiled.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -67,7 +67,7 @@ class _KernelCache(FunctionCache):
         self._cache_file._source_stamp = (self._cache_file._source_stamp, _fingerprint())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401
-        """Return the cached code for a signature; None if it is not cached."""
+        """Return the machine code that is cached for a signature; None if there is none."""
         rtsys.initialize(target_context)
         with self._guard_against_spurious_io_errors():
             return self._load_overload(sig, target_context)  # type: ignore[no-untyped-call]

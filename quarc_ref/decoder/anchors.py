@@ -1,9 +1,9 @@
 """Samples the anchors of a scene in integer arithmetic: SPEC 6.
 
-An anchor is a Gaussian that is chosen to carry a residual. At each level, the Gaussian of
-lowest rank in every occupied cell of a grid is an anchor. Every Gaussian therefore has an
+An anchor is a Gaussian that is chosen to carry a residual. At each level, the Gaussian with
+the lowest rank in every occupied cell of a grid is an anchor. Every Gaussian therefore has an
 anchor in its own cell, which limits the search in `binding`. If the level needs more
-anchors, the remaining Gaussians of lowest rank are added.
+anchors, the Gaussians with the lowest ranks among the others are added.
 """
 
 from dataclasses import dataclass
@@ -25,10 +25,10 @@ class AnchorLevel:
     """The anchors of one level, valid until the next sampling.
 
     Attributes:
-        owners: `[a]` ids of the chosen Gaussians, ascending.
-        positions: `[3, a]` positions of these Gaussians when chosen, lattice units.
+        owners: `[a]` ids of the Gaussians that were chosen as anchors, ascending.
+        positions: `[3, a]` positions that these Gaussians had when chosen, lattice units.
         parents: `[a]` index of each anchor's parent in the next coarser
-            level; zeros at the coarsest.
+            level; all 0 at the coarsest level.
     """
 
     owners: Int64
@@ -72,7 +72,7 @@ def sample_anchors(scene: Scene) -> Anchors:
     """Choose the anchors of a frame and bind every Gaussian to them (SPEC 6.2 to 6.5).
 
     Args:
-        scene: Scene of the frame, after its deaths.
+        scene: Scene of the frame, without the Gaussians that the frame deletes.
     """
     ranks = compute_ranks(scene)
     order, merge_shifts = _sort_cells(scene.positions)
@@ -94,8 +94,8 @@ def sample_anchors(scene: Scene) -> Anchors:
 def compute_ranks(scene: Scene) -> Int64:
     """Return the `[4, N]` ranks of the Gaussians; row k is for level k + 1 (SPEC 6.2).
 
-    A rank consists of a 32-bit word and the 32-bit id. Subtracting 2^31 from the word makes
-    ranks fit in int64 and preserves their order.
+    The high 32 bits of a rank are a pseudorandom word, and the low 32 bits are the id of the
+    Gaussian. Subtracting 2^31 from the word makes ranks fit in int64 and preserves their order.
     """
     counter = np.zeros((4, scene.count), dtype=np.uint64)
     counter[0] = scene.ids
@@ -113,8 +113,8 @@ def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
 
     Returns:
         The `[N]` indices of the Gaussians in Morton order, and the `[N]` smallest shifts at
-        which each of them is in the same cell as the one before it. The first has none before
-        it; its value is one more than the largest shift.
+        which each of them is in the same cell as the one before it. For the first Gaussian, this
+        number is one more than the largest shift.
     """
     offset_positions = positions.astype(np.int64) + LATTICE_OFFSET
     high, low = (

@@ -1,9 +1,9 @@
 """Finds the exact nearest anchor of every Gaussian: SPEC 6.4.
 
-The result is the anchor with the smallest (squared distance, index). A grid limits the
-search: the anchors in a Gaussian's own cell give an upper bound of the distance, and neighboring
-cells are searched only if they are within this bound. A Gaussian whose bound extends beyond
-the 26 neighboring cells is compared with every anchor.
+Among equally near anchors, the one with the lowest index is chosen. A grid limits the search:
+the anchors in a Gaussian's own cell give an upper bound on the distance, and neighboring cells
+are searched only if they are no farther away than this bound. A Gaussian whose bound extends
+beyond the 26 neighboring cells is compared with every anchor.
 """
 
 from itertools import product
@@ -22,8 +22,8 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     """Return the index of the nearest anchor of every Gaussian.
 
     Args:
-        positions: `[3, N]` Gaussians, lattice units.
-        anchors: `[3, A]` anchors, lattice units, A at least 1.
+        positions: `[3, N]` positions of the Gaussians, lattice units.
+        anchors: `[3, A]` positions of the anchors, lattice units; A is at least 1.
         shift: Binary logarithm of the cell size. It affects only the speed, which is highest
             with about one anchor per cell.
 
@@ -56,8 +56,8 @@ def _first_anchor_at_each_position(anchors: Int32) -> Int64:
     """Return the indices, ascending, of the first anchor at each position.
 
     If several anchors are at the same position, only the first can be the result of `bind`. A
-    stream of a few bytes can have all its anchors at one position, and comparing Gaussians
-    with each of them would take minutes.
+    stream of a few bytes can have all its anchors at one position, and comparing every Gaussian
+    with all these anchors would take minutes.
     """
     order = np.lexsort(anchors)  # stable: indices at the same position stay in order
     differs_from_previous = np.any(np.diff(anchors[:, order], axis=1), axis=0)
@@ -79,7 +79,7 @@ class _CellSearch:
         self.squared_distances = np.full(positions.shape[1], _INT64_MAX)
 
     def compare_cell(self, cell_offset: Int64) -> None:
-        """Compare every Gaussian with the anchors in the cell at an offset from its own cell."""
+        """Compare every Gaussian with the anchors in the cell at `cell_offset` from its own."""
         cells = self._cells + cell_offset[:, None]
         gaussians = np.flatnonzero(self._squared_distances_to(cells) <= self.squared_distances)
         keys = _cell_keys(cells[:, gaussians])
@@ -96,7 +96,7 @@ class _CellSearch:
         return least * least
 
     def _squared_distances_to(self, cells: Int64) -> Int64:
-        """Return the `[N]` squared distances from Gaussians to their cells `[3, N]`; 0 inside."""
+        """Return the `[N]` squared distances from Gaussians to cells `[3, N]`; 0 inside a cell."""
         below = (cells << self._shift) - self._positions
         above = self._positions - (((cells + 1) << self._shift) - 1)
         return _squared_lengths(np.maximum(np.maximum(below, above), 0))

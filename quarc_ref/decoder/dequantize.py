@@ -19,14 +19,14 @@ Float32 = NDArray[np.float32]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Splats:
-    """A scene in floats, one row per Gaussian; attributes are before activation, as in 3DGS.
+    """A scene as floats, one row per Gaussian; attributes are not activated, as in 3DGS files.
 
     Attributes:
         positions: `[N, 3]` positions xyz, world units.
         rotations: `[N, 4]` quaternions wxyz, whose length differs from 1 by at most 2^-21.
         log_scales: `[N, 3]` natural logarithms of the standard deviations in world units.
         opacities: `[N]` opacity logits.
-        sh: `[N, k, 3]` SH coefficients of red, green and blue; k is 1 at SH degree 0, else 4.
+        sh: `[N, k, 3]` SH coefficients of red, green and blue; k is 1 at degree 0, 4 at degree 1.
     """
 
     positions: Float32
@@ -51,6 +51,6 @@ def dequantize(scene: Scene) -> Splats:
 
 
 def _scale_planes(planes: Int16 | Int32, step: float) -> Float32:
-    """Return the `[N, r]` products of planes `[r, N]` and a step; both are exact in float32."""
+    """Return the `[N, r]` products of planes `[r, N]` and a step, which are exact in float32."""
     scaled: Float32 = planes.T.astype(np.float32) * np.float32(step)
     return np.ascontiguousarray(scaled)

@@ -1,7 +1,7 @@
 """Serializes a state, and computes its CRC and digest: SPEC 9.
 
 In each plane, Gaussians are in the order of their ids. The chunk of every frame contains
-the CRC-32 of its state; the SHA-256 is for comparing decoders.
+the CRC-32 of its state; the SHA-256 is used to compare decoders.
 """
 
 import hashlib

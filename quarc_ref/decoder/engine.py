@@ -68,12 +68,12 @@ class FrameState(Protocol):
 
     @property
     def anchors(self) -> Anchors | None:
-        """The anchors of the last sampling; None before the first."""
+        """The anchors of the last sampling; None before the first sampling."""
         ...
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors, which exist in every state after `begin_frame`."""
+        """The anchors of the last sampling; not available before `begin_frame`."""
         ...
 
 
@@ -81,7 +81,7 @@ StateT = TypeVar("StateT", bound=FrameState)
 
 
 class Engine(Protocol[StateT]):
-    """Decodes chunks and sections to states, and codes the sections of an encoder.
+    """Decodes chunks and sections to states, and encodes sections.
 
     A state can be used only with the engine that created it. Every method raises the same
     errors as the reference function of the same name.
@@ -132,15 +132,15 @@ class Engine(Protocol[StateT]):
         ...
 
     def write_motion(self, state: StateT, symbols: list[Int64], *, use_previous: bool) -> Section:
-        """Code the motion of a frame after `begin_frame`; see `motion_planes.write_motion`."""
+        """Encode the motion of a frame after `begin_frame`; see `motion_planes.write_motion`."""
         ...
 
     def write_updates(self, state: StateT, updates: Updates) -> Section:
-        """Code the updates of a frame after its motion; see `update_planes.write_updates`."""
+        """Encode the updates of a frame after its motion; see `update_planes.write_updates`."""
         ...
 
     def write_births(self, state: StateT, births: Births) -> Section:
-        """Code the births of a frame after its updates; see `gaussian_planes.write_births`."""
+        """Encode the births of a frame after its updates; see `gaussian_planes.write_births`."""
         ...
 
     def state_crc(self, state: StateT) -> int:

@@ -48,7 +48,7 @@ def use_engine(engine_name: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return a function that makes a fast engine for a thread count; None if not installed."""
+    """Return the function that makes a fast engine; None if no fast engine is installed."""
     try:
         module = import_module("quarc_ref.decoder.fast_engine")
     except ImportError:

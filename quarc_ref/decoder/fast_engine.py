@@ -49,7 +49,7 @@ class FastEngine:
     def decode_canonical(
         self, header: StreamHeader, chunk: CanonicalChunk
     ) -> tuple[FastState, Gaussians]:
-        """See `Engine.decode_canonical`; in streams without snapshots the Gaussians are empty."""
+        """See `Engine.decode_canonical`; the Gaussians are empty in streams without snapshots."""
         with _convert_errors():
             core, coded = quarc_core.State.decode_canonical(
                 self._make_head(header),

@@ -73,7 +73,7 @@ class FastState:
 
     @property
     def anchors(self) -> Anchors | None:
-        """The anchors of the last sampling; None before the first."""
+        """The anchors of the last sampling; None before the first sampling."""
         levels = self.core.levels()
         if not levels:
             return None
@@ -81,7 +81,7 @@ class FastState:
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors, which exist in every state after `begin_frame`.
+        """The anchors of the last sampling; not available before `begin_frame`.
 
         Raises:
             ValueError: `begin_frame` has not been called.

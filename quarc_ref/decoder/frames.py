@@ -47,7 +47,7 @@ def decode_canonical(header: StreamHeader, chunk: CanonicalChunk) -> tuple[State
 
 
 def read_checked_canonical(header: StreamHeader, chunk: CanonicalChunk) -> Gaussians:
-    """Return the coded Gaussians of a canonical frame, after checking its counts.
+    """Return the coded Gaussians of a canonical frame, after checking their number.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -85,7 +85,7 @@ def decode_snapshot(
 def read_checked_snapshot(
     header: StreamHeader, chunk: SnapshotChunk, canonical: Gaussians
 ) -> Snapshot:
-    """Return the coded Gaussians of a snapshot, after checking its counts.
+    """Return the coded Gaussians of a snapshot, after checking their number.
 
     Raises:
         BitstreamError: The chunk is invalid.
@@ -126,7 +126,7 @@ def decode_frame(state: State, chunk: FrameChunk) -> State:
 
 
 def decode_motion(state: State, section: Section, *, use_previous: bool) -> State:
-    """Return the state after the motion in a section (SPEC 7.5).
+    """Decode the motion of a frame, and return the state after it (SPEC 7.5).
 
     Args:
         state: State after `begin_frame`.
@@ -142,7 +142,7 @@ def decode_motion(state: State, section: Section, *, use_previous: bool) -> Stat
 
 
 def decode_updates(state: State, section: Section) -> State:
-    """Return the state after the updates in a section (SPEC 7.8).
+    """Decode the updates of a frame, and return the state after them (SPEC 7.8).
 
     Args:
         state: State after `decode_motion`, in a stream with updates.
@@ -156,7 +156,7 @@ def decode_updates(state: State, section: Section) -> State:
 
 
 def decode_births(state: State, section: Section, count: int) -> State:
-    """Return the state after the births in a section (SPEC 7.6).
+    """Decode the births of a frame, and return the state after them (SPEC 7.6).
 
     Args:
         state: State after `decode_motion` and, in a stream with updates, `decode_updates`.
@@ -176,7 +176,7 @@ def check_state(scene: Scene, stored_crc: int) -> None:
     """Compare the CRC of a scene with the CRC that its chunk contains (SPEC 9.2).
 
     Raises:
-        StateCrcError: The scene differs from the encoded scene.
+        StateCrcError: The scene differs from the encoder's scene.
     """
     if state_crc(scene) != stored_crc:  # [9.2-1] [9.2-2]
         message = f"the state of frame {scene.frame} differs from the encoder's"

@@ -1,7 +1,7 @@
-"""Unit quaternions in Q22, in integer arithmetic: SPEC 7.3.
+"""Computes unit quaternions in Q22 with integer arithmetic: SPEC 7.3.
 
 Components of a unit quaternion are at most 2^22 in magnitude, so all products and sums of
-squares fit in int64 together with the guard bits used here.
+squares, including guard bits, fit in int64.
 """
 
 import numpy as np
@@ -33,7 +33,7 @@ def normalize_sums(sums: Int64) -> Int64:
 
 
 def rotate(rotations: Int32, residuals: Int64) -> Int32:
-    """Multiply rotations by residuals on the right, and normalize (Eq. 2 of the paper).
+    """Multiply rotations by residuals on the right, and normalize them (Eq. 2 of the paper).
 
     Args:
         rotations: `[4, n]` rotations wxyz, Q22.

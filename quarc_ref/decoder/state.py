@@ -20,13 +20,13 @@ class State:
             0 for new Gaussians.
         symbols: `[c, a]` symbols of each level's anchors in the frame, level 1 first;
             empty in a canonical frame.
-        anchors: Anchors of the last sampling; None before the first.
+        anchors: Anchors of the last sampling; None before the first sampling.
         births: Births of the frame, as coded; None in a canonical frame.
         next_id: Id of the next new Gaussian.
         motion_counts: Bit counts of the motion contexts since the last canonical frame.
         birth_counts: Bit counts of the birth contexts since the last canonical frame.
         update_counts: Bit counts of the update contexts since the last canonical frame.
-        recency: `[N]` frames since each Gaussian was updated or born, at most
+        recency: `[N]` number of frames since each Gaussian was updated or added, at most
             RECENCY_LIMIT; None in a stream without updates.
         updates: Updates of individual Gaussians in the frame, as coded; None in a canonical
             frame and in a stream without updates.
@@ -51,7 +51,7 @@ class State:
 
     @property
     def known_anchors(self) -> Anchors:
-        """The anchors, which exist in every state after `begin_frame`.
+        """The anchors of the last sampling; not available before `begin_frame`.
 
         Raises:
             ValueError: `begin_frame` has not been called.
@@ -63,7 +63,7 @@ class State:
 
     @property
     def known_recency(self) -> Int16:
-        """The recency, which exists in every state of a stream with updates.
+        """The recency of the Gaussians; available only in a stream with updates.
 
         Raises:
             ValueError: The stream has no updates.

@@ -28,13 +28,13 @@ class StreamDecoder:
     """Decodes the chunks of a stream one by one.
 
     Args:
-        engine: The decoder engine; None to use the engine of `choose_engine`.
+        engine: The decoder engine; None to use the one that `choose_engine` returns.
 
     Attributes:
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
-        index: Seek points from the INDX chunk; None before it.
-        tail: Content of the TAIL chunk; None before it.
+        index: Seek points from the INDX chunk; None before this chunk.
+        tail: Content of the TAIL chunk; None before this chunk.
         reference: The canonical frame (CANO) that snapshots are coded against; None before
             the first CANO, and in streams without snapshots.
         roots: `[N]` index in the CANO of each Gaussian of the last canonical frame or
@@ -75,7 +75,7 @@ class StreamDecoder:
 
         Args:
             points: All seek points up to the target; empty to continue at the next chunk.
-            canonical: The CANO that the target is coded against; None unless it is a snapshot.
+            canonical: The CANO that the target refers to; None if the target is no snapshot.
 
         Raises:
             BitstreamError: The CANO is invalid.

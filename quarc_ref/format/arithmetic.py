@@ -10,7 +10,7 @@ from quarc_ref.format.arrays import Int64
 
 
 def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
-    """Divide and round to the nearest integer, with halves away from zero (SPEC 4.2).
+    """Divide and round to the nearest integer, with halves rounded away from zero (SPEC 4.2).
 
     Args:
         numerator: Numerators below 2^61 in magnitude.
@@ -25,7 +25,7 @@ def divide_round(numerator: Int64, denominator: Int64 | int) -> Int64:
 
 
 def isqrt(values: Int64) -> Int64:
-    """Return the largest integer whose square is at most each value (SPEC 4.3).
+    """Return the square root of each value, rounded down to an integer (SPEC 4.3).
 
     The floating-point root is an estimate; two integer comparisons correct it.
 

@@ -48,5 +48,5 @@ class Camera:
             )
             raise ValueError(message)
         if min(self.width, self.height, self.fx, self.fy, self.near) <= 0:
-            message = f"camera {self.name} needs a positive size, focal lengths and `near`"
+            message = f"width, height, fx, fy and near of camera {self.name} must be positive"
             raise ValueError(message)

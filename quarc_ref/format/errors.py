@@ -24,7 +24,7 @@ from typing import ClassVar
 
 
 class QuarcError(Exception):
-    """Base of all errors of this package."""
+    """Base class of all errors of this package."""
 
 
 class BitstreamError(QuarcError):
@@ -57,7 +57,7 @@ class BadMagicError(ContainerError):
 
 
 class TruncatedError(ContainerError):
-    """The bytes end inside a chunk, or before a TAIL chunk."""
+    """The stream ends inside a chunk, or before its TAIL chunk."""
 
     reject_id = "truncated"
 
@@ -163,7 +163,7 @@ class InvalidWordsError(EntropyError):
 
 
 class UnconsumedWordsError(EntropyError):
-    """The coder is not empty after the last plane of a section."""
+    """The entropy decoder is not empty after the last plane of a section."""
 
     reject_id = "unconsumed-words"
 

@@ -1,6 +1,6 @@
 """Morton keys, which order canonical Gaussians (SPEC 8.5) and group Gaussians by cell (6.3).
 
-The bits b of x, y and z become the bits 3b + 2, 3b + 1 and 3b of the key, so the points of
+Bit b of x, y and z becomes bit 3b + 2, 3b + 1 and 3b of the key, respectively, so the points of
 a cell of size 2^s have consecutive keys.
 """
 

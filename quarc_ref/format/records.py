@@ -217,7 +217,7 @@ class SnapshotChunk:
 
     Attributes:
         frame: Ordinal of the frame in the stream.
-        canonical: Ordinal of the frame in the CANO.
+        canonical: Ordinal of the frame that the CANO contains.
         newborn_count: Number of Gaussians that are not in the CANO.
         origin: Minimum xyz of the new Gaussians' positions, in position steps.
         axis_bits: Bits per axis of a position relative to the origin.
@@ -272,7 +272,7 @@ class FrameChunk:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The numbers of frames and canonical frames, and the offset of INDX: TAIL (SPEC 5.8)."""
+    """The numbers of frames and seek points, and the offset of INDX: TAIL (SPEC 5.8)."""
 
     frame_count: int
     canonical_count: int

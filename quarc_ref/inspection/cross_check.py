@@ -30,7 +30,7 @@ class CrossChecker:
         self.bit_count = 0
 
     def open(self, words: UInt32) -> BitDecoder:
-        """Return a decoder of words that runs both decoders and compares their results.
+        """Return a decoder that runs both decoders on `words` and compares their results.
 
         Raises:
             InvalidWordsError: Both decoders reject the words.

@@ -1,9 +1,8 @@
 """The paper's estimate of the coded size: the zero-order entropy of the symbols.
 
 For each channel of a frame, the estimate is the sum of -log2 of every symbol's relative
-frequency: the cost of an ideal coder that knows the frequencies. The
-estimate is not the size of any decodable file; it is only for comparison with the literature
-(section 6 of the paper).
+frequency: the cost of an ideal coder that knows the frequencies. The estimate is not the size of
+any decodable file; it serves only for comparison with the literature (section 6 of the paper).
 """
 
 import numpy as np
@@ -31,9 +30,9 @@ def estimate_motion(symbols: tuple[Int64, ...]) -> float:
 def estimate_updates(updates: Updates, gaussian_count: int) -> float:
     """Return the estimated bytes of a frame's updates.
 
-    The channels are: for each Gaussian, whether it changes; for each changed Gaussian,
-    whether it is deleted; for each field, whether it changes; and the residuals of each
-    field.
+    One channel states which Gaussians change, and one which of these are deleted. For every
+    field of the others, one channel states which of them change it, and one channel per row
+    contains its residuals.
 
     Args:
         updates: Updates of the frame.
@@ -63,8 +62,8 @@ def estimate_gaussians(gaussians: Gaussians) -> float:
 def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
     """Return the estimated bytes of a snapshot.
 
-    The channels are: for each Gaussian of the CANO, whether it survives; and the differences
-    of the survivors. New Gaussians are estimated as in a canonical frame.
+    One channel states which Gaussians of the CANO survive; the other channels contain the
+    differences of the survivors. New Gaussians are estimated as in a canonical frame.
 
     Args:
         snapshot: The decoded snapshot.

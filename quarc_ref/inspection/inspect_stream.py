@@ -1,6 +1,6 @@
 """Summarizes the contents of a stream: counts, bytes by kind, and estimated bytes.
 
-The whole stream is decoded, so every reported value is verified.
+The whole stream is decoded, which verifies its CRCs and states.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ def count_frames(stream: bytes | Source) -> int:
 
     Returns:
         The number of frames; in an incomplete stream, the number of complete frames before
-        the end or the first damage. 0 if the size is unknown, as for a pipe.
+        the end or the first damage. If the size is unknown, as for a pipe, the number is 0.
     """
     source = as_source(stream)
     size = source.size()
@@ -90,7 +90,7 @@ def inspect_stream(
 
 
 def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
-    """Return the bytes of the coded planes in a frame's chunk, by kind.
+    """Return the number of bytes of the coded planes in a frame's chunk, by kind.
 
     Args:
         chunk: Chunk of a frame.

@@ -24,7 +24,7 @@ class ProcessorTime:
     stolen: int
 
     def stolen_share(self, earlier: "ProcessorTime") -> float:
-        """Return the fraction of the needed CPU time since `earlier` that was stolen."""
+        """Return the stolen fraction of the CPU time that was needed since `earlier`."""
         busy, stolen = self.busy - earlier.busy, self.stolen - earlier.stolen
         return stolen / max(1, busy + stolen)
 

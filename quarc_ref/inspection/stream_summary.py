@@ -124,7 +124,7 @@ class StreamSummary:
         return max((frame.anchors for frame in self.frames), default=0)
 
     def coded_bytes(self) -> dict[str, int]:
-        """Return the total bytes of the stream, those of coded planes by kind, and the overhead."""
+        """Return the bytes of the whole stream, of coded planes by kind, and of the overhead."""
         coded = {kind: sum(frame.coded_bytes[kind] for frame in self.frames) for kind in KINDS}
         overhead = self.total_bytes - sum(coded.values())
         return {"total": self.total_bytes, **coded, "overhead": overhead}
@@ -153,7 +153,7 @@ class StreamSummary:
         }
 
     def as_json(self) -> dict[str, object]:
-        """Return the output of `info --json`."""
+        """Return the values for `info --json`."""
         last = self.frames[-1] if self.frames else None
         return {
             "format_version": f"{VERSION_MAJOR}.{VERSION_MINOR}",

@@ -31,10 +31,10 @@ class Verification:
         bits: Number of bits in these sections.
         seek_points: Number of seek points from which decoding was started.
         frames_compared: Number of frames that were decoded again from seek points, all with the
-            same digests as before.
+            same digests as in the first pass.
         level: Conformance level in the stream header.
-        maxima: Largest values in the stream: Gaussians of a frame, births of a frame, and bytes
-            of a payload.
+        maxima: Largest number of Gaussians in a frame, of births in a frame, and of bytes in a
+            payload.
         limits: Limit of the level for each value of `maxima`.
         sha256: Digest of the last state; None in a stream without frames.
     """
@@ -130,7 +130,7 @@ class _FirstPass:
         self._on_progress("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:
-        """Decode every frame again, from the seek point before it; return the number of frames.
+        """Decode the stream again from every seek point; return the number of decoded frames.
 
         Raises:
             VerificationError: The state of a frame differs from its state in the first pass.

@@ -54,7 +54,7 @@ class ChunkReader:
         return self._previous_kind == container.TAIL
 
     def read_header(self) -> ChunkHeader | None:
-        """Read the header of the next chunk without moving.
+        """Read the header of the next chunk without moving past it.
 
         Returns:
             The header; None after TAIL.

@@ -29,7 +29,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     Args:
         source: A stream.
         start: Ordinal of the first frame; None for the first frame of the stream.
-        stop: Ordinal after that of the last frame; None for all later frames.
+        stop: Ordinal of the first frame after the cut; None for all later frames.
         sink: Binary file to which the result is appended once `start` has been found.
 
     Returns:
@@ -63,7 +63,7 @@ class _SkippedFrames:
     """What a cut needs to know about the frames that it skips.
 
     Attributes:
-        canonical: Ordinal of the last skipped canonical frame.
+        canonical: Ordinal of the last skipped canonical frame or snapshot.
         reference: The last skipped CANO, if snapshots may refer to it.
     """
 

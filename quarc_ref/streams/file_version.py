@@ -15,7 +15,7 @@ class Change(Enum):
 
 @dataclass(frozen=True, slots=True)
 class FileVersion:
-    """The version of a file that a server's headers describe; fields without header are None.
+    """The version of a file according to HTTP headers; a field without a header is None.
 
     Attributes:
         size: Size of the file, bytes.

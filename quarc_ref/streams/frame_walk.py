@@ -33,7 +33,7 @@ class Step:
 
     @property
     def is_canonical(self) -> bool:
-        """Whether the chunk is a canonical frame."""
+        """Whether the chunk is a canonical frame or a snapshot."""
         return self.header.kind in container.CANONICAL_TYPES
 
     @property

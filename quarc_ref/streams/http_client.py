@@ -38,8 +38,8 @@ class HttpClient:
         Args:
             url: URL, `http` or `https`.
             headers: Headers of the request.
-            timeout: Maximum seconds until the last byte of the response's body, including
-                redirects.
+            timeout: Maximum seconds, including redirects, until the last byte of the response's
+                body has been read.
 
         Returns:
             The response, whatever its status. Reading its body after the deadline raises a
@@ -47,7 +47,7 @@ class HttpClient:
 
         Raises:
             OSError: The server cannot be reached, or (TimeoutError) does not answer in time.
-            HTTPException: The response is not HTTP.
+            HTTPException: The response is not valid HTTP.
             RedirectError: The response redirects to a rejected target.
             ValueError: The URL is not an http or https URL.
         """

@@ -23,12 +23,12 @@ class HttpSource:
     The file on the server may grow while it is read, but must not change in other ways. Each
     response is compared with the known size, ETag and modification time. If these do not
     show whether the file has only grown, some bytes are read again and compared. Requests
-    have no `If-Range` or `If-Match`, because both would reject a file that has only grown.
+    do not use `If-Range` or `If-Match`, which would reject a file that has only grown.
 
     Args:
         url: URL of the stream, `http` or `https`.
-        timeout: Maximum seconds from connecting to the last byte of a response, including
-            redirects.
+        timeout: Maximum seconds, including redirects, from connecting to the last byte of a
+            response.
     """
 
     def __init__(self, url: str, timeout: float = 30.0) -> None:
@@ -48,7 +48,7 @@ class HttpSource:
         return self._fetch(offset, length)[0] if length else b""
 
     def size(self) -> int | None:
-        """Return the current size on the server in bytes; None if unknown.
+        """Return the current size of the file in bytes; None if unknown.
 
         Raises:
             SourceError: See `read`.
@@ -66,7 +66,7 @@ class HttpSource:
         return body, version.size
 
     def _store_sample(self, offset: int, body: bytes) -> None:
-        """Store the end of a body as the file's sample, unless the stored sample is longer."""
+        """Store the last bytes of a body as a sample, unless the stored sample is longer."""
         sample = body[-_SAMPLE_BYTES:]
         if len(sample) >= len(self._sample[1]):
             self._sample = (offset + len(body) - len(sample), sample)
@@ -120,7 +120,7 @@ class HttpSource:
         return self._read_body(response, last + 1 - first), version
 
     def _parse_unsatisfied_range(self, content_range: str, offset: int) -> FileVersion:
-        """Return the file's version if status 416 says that the file ends before the range."""
+        """Return the file's version; raise SourceError if the file does contain the range."""
         match = _UNSATISFIED_RANGE_PATTERN.fullmatch(content_range)
         if match and int(match[1]) > offset:
             self._raise_error(f"does not send byte {offset} of a file of {match[1]} bytes")
@@ -152,5 +152,5 @@ class HttpSource:
 
 
 def _describe_error(reason: object) -> str:
-    """Return the message of an error without errno."""
+    """Return the message of an error, without its errno."""
     return getattr(reason, "strerror", None) or str(reason) or repr(reason)

@@ -28,10 +28,10 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     """Write the frames of several streams as one stream.
 
     The first stream keeps its frame numbers; those of the other streams are shifted. HEAD is
-    copied from the first stream, except that its level is the highest of all streams. Cameras
-    must be the same in all streams. The result has the metadata entries that are the same in
-    all streams. Ancillary chunks of unknown types are copied in place; identical chunks at
-    the start of several streams are copied only once.
+    copied from the first stream, except that its level is the highest level of all streams.
+    Cameras must be the same in all streams. Only those metadata entries are kept that are the
+    same in all streams. Ancillary chunks of unknown types keep their places between frames;
+    identical chunks before the first frames of several streams are copied only once.
 
     Args:
         sources: Streams, which are read twice, so pipes are not allowed.
@@ -63,12 +63,12 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """The contents of a stream that joining compares.
+    """The contents of a stream that are compared before streams are joined.
 
     Attributes:
         head: Payload of HEAD.
-        cameras: Content of the last `came` chunk; None without a `came` chunk.
-        metadata: Content of the last `meta` chunk; None without a `meta` chunk.
+        cameras: Content of the last `came` chunk; None if there is none.
+        metadata: Content of the last `meta` chunk; None if there is none.
     """
 
     head: bytes
@@ -125,7 +125,7 @@ class _StreamJoiner:
 
     Args:
         sink: Binary file to which the stream is appended.
-        parts: The compared contents of all streams.
+        parts: The contents of all streams that were compared.
     """
 
     def __init__(self, sink: BinaryIO, parts: Sequence[_Part]) -> None:
@@ -135,7 +135,7 @@ class _StreamJoiner:
         self._writer = StreamWriter(sink, head)
         self._next_frame: int | None = None  # ordinal of the next frame
         self._frame_shift = 0
-        self._prologue_chunks: set[tuple[bytes, bytes]] = set()  # chunks at the start of streams
+        self._prologue_chunks: set[tuple[bytes, bytes]] = set()  # chunks before first frames
         if parts[0].cameras is not None:
             self._writer.write(container.CAME, wire.build_cameras(parts[0].cameras))
         if any(part.metadata is not None for part in parts):
@@ -171,7 +171,7 @@ class _StreamJoiner:
         self._writer.write(chunk.kind, payload)
 
     def _shift_frame_number(self, payload: bytes, offset: int) -> bytes:
-        """Shift the frame number at a byte offset of a payload."""
+        """Return the payload with the shift added to the frame number at byte `offset`."""
         end = offset + _FRAME_BYTES
         ordinal = self._joined_frame(int.from_bytes(payload[offset:end], "little"))
         return payload[:offset] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]

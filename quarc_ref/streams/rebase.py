@@ -18,7 +18,7 @@ from quarc_ref.format.records import CanonicalChunk, Gaussians, SnapshotChunk, S
 
 
 class SnapshotRebaser:
-    """Recodes the snapshots of one removed CANO, in stream order.
+    """Recodes the snapshots that refer to a removed CANO, in stream order.
 
     Args:
         header: Header of the stream.

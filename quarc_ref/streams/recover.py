@@ -165,9 +165,9 @@ class _Recovery:
         return self._next_frame - expected_frame
 
     def _read_ordinal(self, resumption: ChunkHeader) -> int | None:
-        """Return the ordinal of a CANO or SNAP, or at TAIL the number after the last frame's.
+        """Return the ordinal of a CANO or SNAP; for TAIL, that of the last frame plus 1.
 
-        At TAIL, the result is None if no frame has been decoded.
+        For TAIL, the result is None if no frame has been decoded.
         """
         payload = self._source.read(resumption.payload_offset, TAIL_BYTES)
         if resumption.kind in container.CANONICAL_TYPES:

@@ -1,6 +1,6 @@
 """Finds the first chunk after damage at which decoding can resume (SPEC 11.4).
 
-A search checks every sync word once. Each payload whose CRC fails is charged to a
+A search checks every sync word once. The bytes of payloads whose CRC fails are charged to a
 `SearchBudget`, which all searches of a stream share. The total time of all searches is
 therefore proportional to the size of the stream, even if damaged bytes look like chunks.
 """
@@ -24,7 +24,7 @@ _FRAME_BYTES = 4
 
 
 class SearchBudget:
-    """Limits how many bytes of payloads searches check without success (SPEC 11.4, 13-2).
+    """Limits the number of payload bytes that searches check in vain (SPEC 11.4, 13-2).
 
     Args:
         max_payload_bytes: Largest payload that the stream's level allows.
@@ -91,14 +91,14 @@ def parse_frame_number(payload: bytes) -> int:
 
 
 def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:
-    """Find the first chunk at which decoding can resume: a CANO, a SNAP, or TAIL at the end.
+    """Find the first chunk at which decoding can resume: a CANO, a SNAP or the final TAIL.
 
     Args:
         source: The stream.
         conditions: Conditions on the chunk.
 
     Raises:
-        TruncatedError: There is no such chunk; the offset is the end of the stream.
+        TruncatedError: There is no such chunk; the error's offset is the end of the stream.
     """
     start, size = conditions.offset, _FIRST_WINDOW_BYTES
     while True:

@@ -1,8 +1,8 @@
 """Seeks to a frame without decoding the frames before it: SPEC 11.2.
 
 The seek points are read from INDX, or from the chunk headers if the stream has no INDX. The
-decoder checks that the chunk at a seek point is the expected chunk. To decode a snapshot, the
-CANO to which it refers is read, too.
+decoder checks that the chunk at a seek point is the expected chunk. If the
+frame is a snapshot, the CANO to which it refers is read, too.
 """
 
 from contextlib import suppress
@@ -27,9 +27,9 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
         frame: Ordinal of the requested frame.
 
     Returns:
-        All seek points up to the reader's new position, and the CANO to which the frame at this
-        position refers if it is a snapshot, otherwise None. There are no seek points if the
-        reader has not moved, because the source is forward-only or does not have the frame yet.
+        All seek points up to the reader's new position, and the CANO to which the snapshot at this
+        position refers; None if it is not a snapshot. There are no seek points if the reader has
+        not moved, because the source is forward-only or does not have the frame yet.
 
     Raises:
         BitstreamError: The index or a chunk that is read is invalid.
@@ -111,7 +111,7 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
 
 
 def _read_frame_number(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
-    """Read a frame number at a byte offset of a payload."""
+    """Read the frame number at byte `offset` of a payload."""
     if header.length < offset + _FRAME_BYTES:
         message = f"a payload of {header.length} bytes is too short for a frame number"
         raise FieldError(message, header.offset)

@@ -65,7 +65,7 @@ class TimedConnection(HTTPConnection):
         self.sock.settimeout(self._deadline.remaining())  # for request and handshake
 
     def _open_socket(self, address: tuple[str, int], *_: object) -> _TimedSocket:
-        """Connect to the first address of the host that responds."""
+        """Connect to the first of the host's addresses that responds."""
         last_error = OSError("the host has no address")
         for family, kind, protocol, _, socket_address in _look_up(address, self._deadline):
             timed_socket = _TimedSocket(family, kind, protocol)
@@ -82,7 +82,7 @@ class TimedConnection(HTTPConnection):
 
 
 class TimedTlsConnection(HTTPSConnection, TimedConnection):
-    """A TLS connection, whose context must come from `make_tls_context`."""
+    """A TLS connection, which needs a TLS context from `make_tls_context`."""
 
     sock: _TimedTlsSocket
 

@@ -55,7 +55,7 @@ class ContextCounts:
         self._models[model] = counts
 
     def _extended_counts(self, model: str, max_context: int) -> Int64:
-        """Return the `[2, c]` counts of a model for all contexts up to at least `max_context`."""
+        """Return the `[2, c]` counts of a model, where c is greater than `max_context`."""
         counts = self._models.get(model, _NO_COUNTS)
         if max_context < counts.shape[1]:
             return counts

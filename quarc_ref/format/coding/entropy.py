@@ -1,7 +1,7 @@
 """Entropy coding of bits, with constriction if it is installed: SPEC 8.3.
 
-This is the only module that imports constriction. A constriction model is made from the
-integer weights minus 1: its arithmetic is then exact, and it produces the same words as `ans`.
+This is the only module that imports constriction. Its models are made from the integer
+weights minus 1, which makes its arithmetic exact; it then produces the same words as `ans`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -43,7 +43,8 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
     """Encode runs of bits to words.
 
     Args:
-        runs: The bits of each run and the weight of a 1 bit (1 to 2^24 - 1), in decoding order.
+        runs: The bits of each run, and the weight of its 1 bits (1 to 2^24 - 1), in decoding
+            order.
 
     Returns:
         Words in the order in which a section stores them.
@@ -58,7 +59,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
 
 
 def make_bit_decoder(words: UInt32) -> BitDecoder:
-    """Return the decoder of words that `use_bit_decoder` set, or the fastest if none is set.
+    """Make the decoder that `use_bit_decoder` has chosen, or otherwise the fastest decoder.
 
     Raises:
         InvalidWordsError: No encoder can produce these words.

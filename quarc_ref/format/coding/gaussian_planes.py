@@ -2,8 +2,8 @@
 
 Canonical frames and births each have one walk, which both encodes and decodes (see
 `planes`). A canonical frame is coded in Morton order, with one section per attribute and new
-contexts in each section. A frame has few births, so they share one section, whose contexts
-continue from previous frames.
+contexts in each section. A frame has few births, so all their attributes share one section, whose
+contexts continue from previous frames.
 """
 
 from collections.abc import Sequence
@@ -42,7 +42,7 @@ def order_canonical(positions: Int64) -> Int64:
     """Return the `[n]` indices of Gaussians in the Morton order of a canonical frame.
 
     Args:
-        positions: `[3, n]` positions in steps, with a range below 2^20 per axis.
+        positions: `[3, n]` positions in steps, whose range is below 2^20 on each axis.
     """
     offsets = positions - positions.min(axis=1)[:, None]
     return np.argsort(interleave(offsets), kind="stable")
@@ -52,7 +52,7 @@ def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gau
     """Return the origin and axis bits of a canonical frame, and its Gaussians in Morton order.
 
     Args:
-        gaussians: Gaussians in any order, with a range of positions below 2^20 steps per axis.
+        gaussians: Gaussians in any order; the range of positions is below 2^20 steps per axis.
     """
     minimum = gaussians.positions.min(axis=1)
     order = order_canonical(gaussians.positions)
@@ -65,11 +65,11 @@ def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gau
 
 
 def write_canonical(gaussians: Gaussians, origin: tuple[int, int, int]) -> tuple[Section, ...]:
-    """Code a canonical frame.
+    """Encode a canonical frame.
 
     Args:
-        gaussians: Gaussians in the Morton order of position minus origin, which is below 2^20
-            on each axis.
+        gaussians: Gaussians in the Morton order of their positions relative to `origin`, which
+            are below 2^20 on each axis.
         origin: Minimum xyz, in position steps.
 
     Returns:
@@ -121,7 +121,7 @@ def _read_sections(
 
 
 def write_births(births: Births, counts: ContextCounts) -> Section:
-    """Code the births of a frame.
+    """Encode the births of a frame.
 
     Args:
         births: Births, in ascending order of parents.
@@ -254,12 +254,12 @@ def _code_sh_rest(planes: Planes, name: str, rows: Int64) -> Int64:
 
 
 def _row_differences(rows: Int64) -> Int64:
-    """Return the differences between consecutive rows."""
+    """Return each row minus the row before it; the first row is unchanged."""
     return np.diff(rows, axis=0, prepend=0)
 
 
 def _make_placeholder(code_planes: int, count: int) -> Gaussians:
-    """Return Gaussians of zeros, which a walk gets as arguments when it decodes."""
+    """Return Gaussians whose values are all 0; a walk that decodes ignores the values."""
     rows = np.zeros((7 + code_planes, count), dtype=np.int64)
     return Gaussians(rows[:3], rows[3:7], rows[7:])
 

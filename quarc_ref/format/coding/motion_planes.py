@@ -37,7 +37,7 @@ class LevelContext:
 def write_motion(
     levels: Sequence[LevelContext], symbols: Sequence[Int64], counts: ContextCounts
 ) -> Section:
-    """Code the symbols of a frame.
+    """Encode the symbols of a frame.
 
     Args:
         levels: Context data of each level, beginning with level 1, the finest.
@@ -104,7 +104,7 @@ class _CoarserLevels:
 
     @classmethod
     def above_coarsest(cls, parents: Int64, channels: int) -> "_CoarserLevels":
-        """Return sums of 0 for the parents of the coarsest level."""
+        """Return the sums before the coarsest level is coded, which are 0."""
         count = int(parents.max()) + 1
         return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
 
@@ -195,12 +195,12 @@ class _LevelCoder:
 
 
 def _name_channels(channels: int) -> list[str]:
-    """Return the name of each channel in the names of models; only 7 channels include w."""
+    """Return the word for each channel in model names; w exists only if there are 7 channels."""
     return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
 
 
 class _Classes:
-    """Lookup table of classes: class k begins at the k-th border; class 0 is below all borders."""
+    """Classes of integers: class 0 is below all borders; class k begins at the k-th border."""
 
     def __init__(self, *borders: int) -> None:
         self.count = len(borders) + 1

@@ -6,7 +6,8 @@ with one probability, which is computed from the context's counts or written exp
 
 A walk is a function that codes the planes of a section in order; the same walk encodes and
 decodes. A `PlaneWriter` returns the bits that it is given; a `PlaneReader` ignores them and
-returns the bits of the section. A walk must continue with the returned bits.
+returns the bits of the section. After every plane, a walk must use the returned bits instead of
+its own.
 """
 
 from collections.abc import Sequence

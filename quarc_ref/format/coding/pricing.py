@@ -1,4 +1,4 @@
-"""Estimates code lengths, so that a writer can choose where to write a probability.
+"""Estimates code lengths, so that a writer can choose whether to write a probability.
 
 Unlike elsewhere in `format`, floats are allowed here: a reader accepts any explicit
 probability, so the writer's choice is not normative.

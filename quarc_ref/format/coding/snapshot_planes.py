@@ -71,7 +71,7 @@ class CodedSnapshot:
 
 
 def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> CodedSnapshot:
-    """Code a frame relative to a canonical frame.
+    """Encode a frame relative to a canonical frame.
 
     Args:
         canonical: Gaussians of the CANO, in its Morton order.
@@ -205,7 +205,7 @@ def _select_rows(gaussians: Gaussians, indices: Int64) -> Int64:
 
 
 def _compute_residuals(rows: Int64, canonical_rows: Int64) -> Int64:
-    """Return differences; if a rotation's index changes, its components are not relative."""
+    """Return the differences; a rotation whose index changes keeps its own components."""
     residuals = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     index_changed = residuals[index] != 0

@@ -31,7 +31,8 @@ class UpdateContext:
     Attributes:
         motion: `[c, N]` motion of each Gaussian in this frame: the sum of the symbols of
             all levels.
-        recency: `[N]` frames since each Gaussian was updated or added, at most RECENCY_LIMIT.
+        recency: `[N]` number of frames since each Gaussian was updated or added, at most
+            RECENCY_LIMIT.
     """
 
     motion: Int16
@@ -39,7 +40,7 @@ class UpdateContext:
 
 
 def write_updates(context: UpdateContext, updates: Updates, counts: ContextCounts) -> Section:
-    """Code the updates of a frame.
+    """Encode the updates of a frame.
 
     Args:
         context: Motion and recency of the frame's Gaussians.

@@ -1,9 +1,9 @@
 """Codes integers as planes of bits: SPEC 8.4.
 
 There are three kinds of sequences: numbers of fixed width, unsigned numbers, and signed
-numbers. One function per kind both encodes and decodes (see `planes`). The class of a number
-is its bit length; its mantissa is the bits below the leading 1. The names of a sequence's
-models begin with its name.
+numbers. For each kind, one function both encodes and decodes (see `planes`). The class of a number
+is its bit length; its mantissa consists of the bits below its leading 1. The names of the models
+that a sequence uses begin with the name of the sequence.
 """
 
 import numpy as np
