@@ -1,8 +1,8 @@
 """Estimates start times of recordings by correlating their signals.
 
 Each pair of signals has a correlation curve: the normalized cross-correlation at every shift. The
-shifts of all cameras are estimated together, by maximizing the sum of the curves of all pairs. This
-limits the influence of two signals that happen to match at a wrong shift.
+shifts of all cameras are estimated together, by maximizing the sum of the correlations of all
+pairs. This limits the influence of two signals that happen to match at a wrong shift.
 """
 
 from collections.abc import Callable, Sequence
@@ -176,7 +176,7 @@ def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:
 def _optimize_shifts(
     curves: NDArray[np.float32], initial_shifts: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    """Change one shift at a time until no single change increases the sum of all curves."""
+    """Change one shift at a time until no change increases the sum of all correlations."""
     shifts, max_shift = initial_shifts.copy(), curves.shape[2] // 2
     for _ in range(_MAX_SWEEPS):
         previous = shifts.copy()

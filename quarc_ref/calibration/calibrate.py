@@ -123,7 +123,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
 
 
 def _refine_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
-    """Refine the offsets of cameras that have poses."""
+    """Return the offsets, estimated anew for the cameras that have poses."""
     refined_offsets = refine_offsets(solution.cameras, motions)
     return replace(
         refined_offsets,
@@ -139,7 +139,7 @@ def _find_max_offset_difference(first: Offsets, second: Offsets) -> float:
 def _estimate_poses(
     recordings: Recordings, offsets: Offsets, options: CalibrateOptions
 ) -> tuple[Solution, int]:
-    """Estimate poses from as many moments as needed; also return the number of moments."""
+    """Add moments until enough cameras have poses; return the poses and the moment count."""
     names, pictures = recordings.names, recordings.pictures
     first_frames = CaptureNotes(offsets.frames).first_frames(names)
     synchronized = SynchronizedPictures(pictures, [first_frames[name] for name in names])
@@ -176,7 +176,7 @@ def _has_sufficient_support(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return the frames to use, by default ordered so that every prefix spans the recording."""
+    """Return the frames to use; by default, the first few of them already span the recording."""
     if frame_count < 1:
         message = (
             "after synchronization, no frame is common to all cameras; use --sync none to "
@@ -190,7 +190,7 @@ def _choose_moments(frame_count: int, count: int | None) -> list[int]:
 def _build_scene(
     recordings: Recordings, offsets: Offsets, solution: Solution, options: CalibrateOptions
 ) -> tuple[Solution, World, Points]:
-    """Return the solution, the cameras in their final world, and scene points at frame 0.
+    """Return the solution, the cameras in final world coordinates, and points at frame 0.
 
     A few wrong matches can be consistent with a wrong pose. A camera with few supported
     points is therefore left out if its picture does not match the projected scene points.

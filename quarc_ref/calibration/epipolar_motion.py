@@ -1,4 +1,4 @@
-"""Estimates time offsets of cameras with known poses from where motion appears in their pictures.
+"""Estimates time offsets of cameras with known poses from the positions of motion in the pictures.
 
 Two cameras and a moving point span an epipolar plane. All epipolar planes contain the
 baseline of the two cameras, so an angle about the baseline identifies a plane, and every

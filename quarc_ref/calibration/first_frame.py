@@ -30,7 +30,7 @@ class FirstFrame:
     pictures: tuple[Image, ...]
 
     def triangulate_points(self) -> Points:
-        """Triangulate scene points without the first camera, which encoding holds out."""
+        """Triangulate points without the first camera, which `encode` holds out by default."""
         first_index = 1 if len(self.cameras) > _MIN_TRIANGULATION_CAMERAS else 0
         return triangulate(self.cameras[first_index:], list(self.pictures[first_index:]))
 

@@ -22,7 +22,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
         recordings: Recordings of the cameras.
 
     Raises:
-        CalibrationError: The folder has no mask, or a mask is entirely black.
+        CalibrationError: The folder contains no masks, or a mask is entirely black.
         MaskNameError: A mask is not named after a camera.
         MaskSizeError: A mask and the recording of its camera differ in size.
         CaptureError: A mask cannot be read.

@@ -40,7 +40,7 @@ class MatchGraph:
     match_counts: dict[tuple[int, int], int]
 
     def neighbors(self, camera: int) -> list[tuple[int, str]]:
-        """List the cameras that match a camera: number of matches and name, most matches first."""
+        """Return the match count and name of each matching camera, most matches first."""
         counts = [
             (count, self.names[second if first == camera else first])
             for (first, second), count in self.match_counts.items()

@@ -114,7 +114,7 @@ def find_offsets(
 
 
 def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]) -> Offsets:
-    """Estimate the offsets of cameras that have poses.
+    """Estimate offsets anew from the poses and the motion, without the previous offsets.
 
     Args:
         cameras: Cameras with poses.

@@ -21,8 +21,8 @@ def refine_reconstruction(
 ) -> pycolmap.Reconstruction:
     """Optimize the poses, lenses and points of a reconstruction, and remove outliers.
 
-    With the model `auto`, lenses become pinholes if pinholes fit equally well, because
-    undistortion resamples the pictures, which reduces sharpness.
+    With the model `auto`, lenses become pinholes if pinholes fit equally well. Pictures with
+    distortion would have to be resampled, which reduces sharpness.
 
     Args:
         model: Reconstruction from the mapper; modified in place.
@@ -45,7 +45,7 @@ def refine_reconstruction(
 
 
 def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Return, by image id, the number of an image's points that at least two other images see."""
+    """Return, by image id, how many points of the image at least two other images also see."""
     support = {index: 0 for index, image in model.images.items() if image.has_pose}
     for point in model.points3D.values():
         images = {element.image_id for element in point.track.elements}

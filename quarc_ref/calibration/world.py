@@ -104,7 +104,7 @@ def _find_up(cameras: Sequence[CalibratedCamera], up: str) -> tuple[Float64Array
 def _find_up_of_level_cameras(
     cameras: Sequence[CalibratedCamera], mean_up: Float64Array
 ) -> tuple[Float64Array, str]:
-    """Return the direction perpendicular to the cameras' right axes, and how it was found."""
+    """Return the up direction of level cameras, and a phrase that says how it was found."""
     right_axes = np.array([camera.pose.rotation[0] for camera in cameras])
     values, vectors = np.linalg.eigh(right_axes.T @ right_axes / len(cameras))
     if values[1] < _MIN_DIRECTION_SPREAD:  # the roll about the common direction is ambiguous
@@ -130,7 +130,7 @@ def _find_plane_normal(cameras: Sequence[CalibratedCamera], mean_up: Float64Arra
 
 
 def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
-    """Return the point nearest to all optical axes; the median of `points` if there is none."""
+    """Return the point nearest to all optical axes, or the median point if that is unusable."""
     projection_sum, weighted_sum = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
         direction = camera.pose.rotation[2]

@@ -1,1 +1,1 @@
-"""The command line of `quarc-ref`: options, paths, output and exit codes, without processing."""
+"""The command line of `quarc-ref`: options, paths, output and exit codes."""

@@ -6,7 +6,7 @@ docs/guides/comparing.md and docs/guides/streams.md explain the columns in more 
 from collections.abc import Mapping
 
 _QUALITY_COLUMNS = {
-    "PSNR": "in dB against the camera's picture, mean over frames; higher is better, 100 at most.",
+    "PSNR": "in dB against the camera's picture, mean over frames; higher is better, at most 100.",
     "cc": "PSNR after color correction, which fits the rendered colors to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
     "moving, static": "PSNR of foreground pixels, where the truth differs from the "
@@ -18,8 +18,8 @@ _QUALITY_COLUMNS = {
 EVAL_COLUMNS = _QUALITY_COLUMNS
 COMPARE_COLUMNS = {
     "entry": "METHOD@POINT, and the type of the entry: stream, PLY per frame, renders, 4dgs.",
-    "runs": "entries with this METHOD@POINT; if there are several, figures are mean ± deviation.",
-    "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; 100 dB at most.",
+    "runs": "number of entries with this METHOD@POINT; if above 1, figures are mean ± deviation.",
+    "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
     "cc PSNR": _QUALITY_COLUMNS["cc"],
     "moving, static": _QUALITY_COLUMNS["moving, static"],
     "flicker": _QUALITY_COLUMNS["flicker"],
@@ -27,14 +27,14 @@ COMPARE_COLUMNS = {
     "Mb/s": "megabits per second at the capture's frame rate.",
     "dB to first": "difference in PSNR from the first entry, computed for each view and averaged.",
     "better": "share of the views in which the entry has a higher PSNR than the first entry.",
-    "BD-rate": "difference in bytes from the first method at equal PSNR; negative if fewer.",
+    "BD-rate": "difference in bytes from the first method at equal PSNR; negative is smaller.",
     "BD-PSNR": "difference in PSNR from the first method at equal bytes.",
 }
 INFO_ROWS = {
     "anchors": "control points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: moving anchors, changed and new Gaussians.",
-    "zero-order estimate": "bytes of the same symbols according to the paper's entropy estimate.",
+    "zero-order estimate": "the paper's estimate of these bytes: zero-order entropy of the symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
     "KB per frame": "mean size of a frame, without and with canonical frames.",
 }

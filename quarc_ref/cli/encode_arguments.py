@@ -39,7 +39,7 @@ ListSettings = Annotated[
     bool,
     typer.Option(
         "--list-settings",
-        help="Print all settings, with their values in each preset, ranges and descriptions.",
+        help="Print all settings with their ranges, descriptions and values in each preset.",
         is_eager=True,
         callback=_list_settings,
     ),

@@ -75,7 +75,7 @@ def _open_json_log(path: Path, logs: LogOptions) -> Iterator[TextIO]:
 def _announce_estimate(
     progress: TerminalProgress, plan: "EncodePlan", estimate: "Estimate"
 ) -> None:
-    """Print the estimated time and size of an encode that takes longer than 10 seconds."""
+    """Print the estimated time and size of an encode, if it will take over 10 seconds."""
     from quarc_ref.encoder.monitoring.status import format_duration
 
     if estimate.seconds < _MIN_ANNOUNCED_SECONDS:

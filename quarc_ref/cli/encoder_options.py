@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def make_config(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
-    """Return the settings of a preset, changed by `KEY=VALUE` texts and the seed.
+    """Return the settings of a preset, with a seed and with changes given as `KEY=VALUE`.
 
     Raises:
         UsageError: The preset or a setting does not exist, or a value is not allowed.

@@ -1,10 +1,10 @@
 """Converts exceptions to messages and exit codes.
 
-The exit code is 0 after success, and 1 if the stream is invalid. It is 2 if the command line is
-invalid, for example because options conflict or a path does not exist. It is 3 after any other
-error, such as an unreadable file or capture, a full disk, or a bug. After a signal, the exit code
-is 128 plus the signal's number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after SIGTERM, 141 if
-the reader of a pipe has closed the pipe (SIGPIPE).
+The exit code is 0 after success, and 1 if the stream is invalid. Exit code 2 means that the command
+line is invalid, for example because options conflict or a path does not exist. Exit code 3 means
+any other error, such as an unreadable file or capture, a full disk, or a bug. After a signal, the
+exit code is 128 plus the signal's number, as in a shell: 130 after Ctrl-C (SIGINT), 143 after
+SIGTERM, 141 if the reader of a pipe has closed the pipe (SIGPIPE).
 """
 
 import os

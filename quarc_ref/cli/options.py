@@ -165,7 +165,8 @@ LpipsWeights = Annotated[
     typer.Option(
         "--lpips",
         metavar="WEIGHTS",
-        help="Also measure LPIPS; the file has the weights lpips.LPIPS(net='vgg').state_dict().",
+        help="Also measure LPIPS; WEIGHTS is a file with the saved "
+        "lpips.LPIPS(net='vgg').state_dict().",
         show_default="no LPIPS",
     ),
 ]
@@ -178,7 +179,7 @@ Force = Annotated[
     typer.Option(
         "--force",
         "-f",
-        help="Replace an existing file, or a folder with only files written by quarc-ref.",
+        help="Replace an existing file, or a folder that contains only files written by quarc-ref.",
     ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="Do not show progress.")]

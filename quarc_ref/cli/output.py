@@ -57,7 +57,7 @@ def print_message(message: str) -> None:
 
 
 class MessageHandler(logging.Handler):
-    """Logging handler that prints each different message only once."""
+    """Logging handler that prints each distinct message only once."""
 
     def __init__(self) -> None:
         super().__init__(logging.INFO)

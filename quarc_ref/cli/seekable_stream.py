@@ -98,7 +98,7 @@ class _GrowingCopy:
             return written_bytes
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read up to `length` bytes at `offset`, as far as they have been received."""
+        """Return the bytes at `offset` that have been received, at most `length`."""
         with self._lock:
             available = max(0, min(length, self._size - offset))
             self._file.seek(offset if available else 0)
@@ -115,7 +115,7 @@ class _GrowingCopy:
 
 
 class _CopyingSource:
-    """A source that copies all bytes to a file while they are read.
+    """A source that also writes all bytes that it reads to a file.
 
     Args:
         source: The stream.
@@ -128,7 +128,7 @@ class _CopyingSource:
         self._copied_bytes = 0
 
     def read(self, offset: int, length: int) -> bytes:
-        """Read up to `length` bytes at `offset`, after copying all bytes up to their end."""
+        """Copy all bytes before `offset + length`, then read up to `length` bytes at `offset`."""
         self.copy_until(offset + length)
         return self._source.read(offset, length)
 

@@ -37,8 +37,8 @@ def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
     ]
     if outliers:
         message = (
-            f"{_join_descriptions([_describe_rate(video) for video in outliers])}, the others have "
-            f"{common_rate:g}: convert all videos to the same frame rate"
+            f"{_join_descriptions([_describe_rate(video) for video in outliers])}, but the others "
+            f"have {common_rate:g}: convert all videos to the same frame rate"
         )
         raise FrameRateError(message)
 
@@ -56,7 +56,7 @@ def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | N
         return None
     descriptions = [f"{names[i]} has {lengths[i]} frames" for i in outliers]
     message = (
-        f"{_join_descriptions(descriptions)}, the others have {common_length}: only the first "
+        f"{_join_descriptions(descriptions)}, but the others have {common_length}: only the first "
         f"{min(lengths)} frames of every camera are used"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in outliers))
@@ -67,7 +67,7 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
 
     Args:
         names: Names of the cameras, at least one.
-        rotations: `[camera]` rotation by the flag, in degrees counterclockwise.
+        rotations: `[camera]` rotation flag, in degrees counterclockwise.
     """
     (common_rotation, _), *_ = Counter(rotations).most_common(1)
     outliers = [index for index, degrees in enumerate(rotations) if degrees != common_rotation]
@@ -77,9 +77,9 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
         f"{names[i]} is rotated by {rotations[i] % 360} degrees counterclockwise" for i in outliers
     ]
     message = (
-        f"rotation flags differ: {_join_descriptions(descriptions)}, the others by "
-        f"{common_rotation % 360} degrees. If all cameras were mounted the same way, remove the "
-        "flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
+        f"rotation flags differ: {_join_descriptions(descriptions)}, but the others are "
+        f"rotated by {common_rotation % 360} degrees. If all cameras were mounted the same way, "
+        "remove the flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
     )
     return Finding("rotation-flags", message, tuple(names[i] for i in outliers))
 

@@ -2,7 +2,7 @@
 
 Sparse points exist only at distinctive image features, and training from few initial points gives
 lower quality. A pixel becomes a point if at least three cameras, including its own, see a surface
-at the pixel's depth, and if fewer cameras see a surface behind it.
+at the pixel's depth. It is rejected if at least as many cameras see a surface behind it.
 """
 
 from collections.abc import Sequence
@@ -83,7 +83,7 @@ class _DepthAgreement:
 
 
 def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthView]) -> Points:
-    """Return a point for each pixel of a view whose depth is confirmed by other views."""
+    """Return a point for each pixel of a view if other views confirm the pixel's depth."""
     view, depths = depth_view.view, depth_view.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
@@ -101,7 +101,7 @@ def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthV
 def _measure_agreement(
     positions: NDArray[np.floating], depth_views: Sequence[_DepthView]
 ) -> _DepthAgreement:
-    """Count the cameras that see a surface at each point, and those that see one behind it."""
+    """Count, for each point, the cameras that see a surface at the point or behind it."""
     agreeing_count, contradicting_count = np.zeros((2, len(positions)), np.int64)
     ratio_sum = np.zeros(len(positions))
     for depth_view in depth_views:
@@ -116,7 +116,7 @@ def _measure_agreement(
 
 
 def _compare_depths(positions: NDArray[np.floating], depth_view: _DepthView) -> Float64Array:
-    """Return the depth map's value at each point, divided by the point's depth; 0 if outside."""
+    """Return the ratio of the depth map's value to each point's depth; 0 outside the map."""
     view, depths = depth_view.view, depth_view.depths
     camera_positions = view.rotation @ positions.T + view.translation[:, None]
     front_indices = np.flatnonzero(camera_positions[2] > 0)

@@ -113,8 +113,8 @@ def find_masks(
         names: `[camera]` names of the cameras.
 
     Returns:
-        `[camera]` mask files, or None if no camera has a mask. Then a finding if some masks are not
-        named after a camera.
+        `[camera]` mask files, or None if no camera has a mask; and the findings, which contain one
+        entry if some masks are not named after a camera.
 
     Raises:
         MaskNameError: The folder has masks, but none is named after a camera.

@@ -2,7 +2,7 @@
 
 The neighbors of a view are warped through planes at many depths, and compared with the view by
 normalized cross-correlation of small windows. Each pixel gets the depth at which the mean
-correlation of its two best neighbors is largest.
+correlation with its two best neighbors is largest.
 """
 
 import math

@@ -1,6 +1,6 @@
 """Undistorts and downscales pictures.
 
-The pinhole picture shows the largest upright rectangle inside the distorted picture, so every
+The pinhole picture shows the largest axis-aligned rectangle inside the distorted picture, so every
 pinhole pixel has a color. In OpenCV, pixel centers are at whole numbers. Half a pixel is therefore
 subtracted from principal points before OpenCV is called, and added afterwards.
 """
@@ -106,7 +106,7 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _undistort_borders(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return the interval between two opposite undistorted borders, at depth 1.
+    """Return the interval at depth 1 that lies inside two opposite borders at all their pixels.
 
     Args:
         lens: A lens with distortion.
@@ -137,7 +137,7 @@ def _undistort_pixels(lens: Lens, pixels: Float64Array) -> Float64Array:
 
 
 def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
-    """Check that undistortion has converged, with the pinhole's border inside the picture."""
+    """Check that undistortion has converged: the pinhole's border is inside the picture."""
     columns, rows = _map_pixels(lens, pinhole, cv2.CV_32FC1)
     is_border = np.ones(columns.shape, dtype=bool)
     is_border[1:-1, 1:-1] = False
@@ -156,7 +156,7 @@ def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:
 def _map_pixels(
     lens: Lens, pinhole: Lens, map_type: int = cv2.CV_16SC2
 ) -> tuple[cv2.typing.MatLike, cv2.typing.MatLike]:
-    """Return the position in the distorted picture of each pinhole pixel, for cv2.remap."""
+    """Return the maps for cv2.remap: the distorted position of each pinhole pixel."""
     make_maps = cv2.fisheye.initUndistortRectifyMap if lens.fisheye else cv2.initUndistortRectifyMap
     size = (pinhole.width, pinhole.height)
     return make_maps(

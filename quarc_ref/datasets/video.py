@@ -142,7 +142,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 
 
 class _Packet(NamedTuple):
-    """A coded frame. Packets sort by presentation time; trimmed frames are not shown."""
+    """A coded frame, ordered by presentation time; `is_shown` is False for trimmed frames."""
 
     time: int
     decode_time: int

@@ -84,7 +84,7 @@ def _list_contents(folder: Path, depth: int) -> _Contents:
 
 
 def _is_leftover(name: str, listed_names: set[str]) -> bool:
-    """Return whether a killed process left this file as the temporary file of a listed file."""
+    """Return whether this is a temporary file of a listed file, left by a killed process."""
     return name.startswith(".") and any(
         is_temporary_name(name, listed_name, PART_SUFFIX) for listed_name in listed_names
     )

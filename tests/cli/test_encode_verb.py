@@ -185,7 +185,7 @@ def test_videos_of_unequal_length_are_cut_to_the_shortest_and_named(
     result = run("encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, *options)
 
     assert result.exit_code == 0
-    assert "warning: cam03 has 2 frames, the others have 3: only the first" in result.stderr
+    assert "warning: cam03 has 2 frames, but the others have 3: only the first" in result.stderr
     assert run_json("info", file)["frames"] == 2
 
 

@@ -70,7 +70,7 @@ def test_a_video_of_another_rate_is_the_only_one_named(folder, pictures):
     with pytest.raises(FrameRateError) as error_info:
         open_capture(folder)
     assert str(error_info.value).startswith(
-        "cam03.mp4 has 25 frames per second, the others have 30: convert"
+        "cam03.mp4 has 25 frames per second, but the others have 30: convert"
     )
 
 
@@ -90,7 +90,7 @@ def test_shorter_and_longer_videos_are_named_and_all_are_cut(folder, pictures):
     (finding,) = capture.findings
     assert finding.kind == "uneven-lengths"
     assert finding.message == (
-        "cam01 has 4 frames, cam04 has 7 frames, the others have 6: only the first 4 frames of "
+        "cam01 has 4 frames, cam04 has 7 frames, but the others have 6: only the first 4 frames of "
         "every camera are used"
     )
 
@@ -119,5 +119,5 @@ def test_of_many_unusual_videos_only_some_are_named():
     finding = compare_lengths(names, [3 + index % 7 for index in range(14)])
 
     assert finding.message.count(" has ") == 5
-    assert " and 7 more differ, the others have 6: " in finding.message
+    assert " and 7 more differ, but the others have 6: " in finding.message
     assert len(finding.cameras) == 12

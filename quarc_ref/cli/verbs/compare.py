@@ -101,7 +101,7 @@ def compare(
     other_capture: Annotated[
         bool,
         typer.Option(
-            "--other-capture", help="Also accept streams that were made from another capture."
+            "--other-capture", help="Measure streams even if they were made from another capture."
         ),
     ] = False,
     as_json: AsJson = False,

@@ -75,8 +75,9 @@ def edit(
 ) -> None:
     """Crop, erase, rotate or recolor all frames of a stream in the same way.
 
-    An edit that only changes colors is exact, in integers. Any other edit changes the anchors, so
-    frames are fitted again, as in `import`, and no error exceeds its bound. No pictures are needed.
+    No pictures are needed. An edit that only changes colors is exact: it adds and multiplies
+    integers. Any other edit changes the anchors. All frames are then fitted again, as in `import`,
+    and no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
@@ -137,7 +138,7 @@ def _parse_edit(
         for box in boxes
         for low_value, high_value in zip(box[:3], box[3:], strict=True)
     ):
-        message = "--crop takes the corner with the smaller x, y, z first"
+        message = "--crop takes the corner with the smaller coordinates first"
         raise UsageError(message)
     requested_edit = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
     if requested_edit == Edit():

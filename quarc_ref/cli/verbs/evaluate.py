@@ -47,7 +47,7 @@ def evaluate(
     other_capture: Annotated[
         bool,
         typer.Option(
-            "--other-capture", help="Also measure a stream that was made from another capture."
+            "--other-capture", help="Measure the stream even if it was made from another capture."
         ),
     ] = False,
     as_json: AsJson = False,

@@ -75,7 +75,7 @@ def publish(
 
 
 def _require_url(url: str) -> str:
-    """Return the URL of a folder, with a trailing slash.
+    """Return the URL of a folder with a trailing slash, which is added if it is missing.
 
     Raises:
         UsageError: The URL does not start with http:// or https://.

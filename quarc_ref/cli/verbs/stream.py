@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> None:
-    """Summarize a stream: counts, bytes by kind, and the paper's estimate of these bytes."""
+    """Summarize a stream: counts, bytes by kind, and a zero-order estimate of these bytes."""
     with report_errors():
         from quarc_ref.inspection.inspect_stream import inspect_stream
         from quarc_ref.streams import open_source

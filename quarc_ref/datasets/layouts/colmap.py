@@ -79,7 +79,7 @@ def _find_matching_pictures(
 
 
 def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
-    """Return a model's cameras, once under each possible set of names, and its points."""
+    """Return a model's cameras, one list for each way of naming them, and its points."""
     try:
         require_complete_files(folder)
         model = pycolmap.Reconstruction(folder)
@@ -91,7 +91,7 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
 
 
 def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
-    """Return the images that have a pose by camera name, once for each possible set of names.
+    """Return the posed images by camera name: one dictionary for each way of naming cameras.
 
     Cameras are named either after their image files without suffix (`cam00.png`), or after the
     first folders in the images' paths (`cam00/0000.png`). The names in a set must be distinct.

@@ -49,20 +49,23 @@ def _has_exact_length(data: bytes, skip_record: Callable[[bytes, int], int]) -> 
 
 
 def _skip_image(data: bytes, position: int) -> int:
-    """Return the offset after an image record."""
+    """Return the offset at which an image record ends."""
     name_end = data.index(b"\0", position + _IMAGE_HEADER_BYTES)
     (count,) = _COUNT_STRUCT.unpack_from(data, name_end + 1)
     return name_end + 1 + _COUNT_STRUCT.size + _OBSERVATION_BYTES * int(count)
 
 
 def _skip_point(data: bytes, position: int) -> int:
-    """Return the offset after a point record."""
+    """Return the offset at which a point record ends."""
     (count,) = _COUNT_STRUCT.unpack_from(data, position + _POINT_HEADER_BYTES)
     return position + _POINT_HEADER_BYTES + _COUNT_STRUCT.size + _TRACK_ELEMENT_BYTES * int(count)
 
 
 def _skip_rig(data: bytes, position: int) -> int:
-    """Return the offset after a rig record: id, and sensors, of which all but one have a pose."""
+    """Return the offset at which a rig record ends.
+
+    A rig record has an id and a list of sensors. All sensors except the first may have a pose.
+    """
     (count,) = _SHORT_COUNT_STRUCT.unpack_from(data, position + 4)
     position += 4 + _SHORT_COUNT_STRUCT.size + _SENSOR_BYTES * min(int(count), 1)
     for _ in range(int(count) - 1):
@@ -72,7 +75,7 @@ def _skip_rig(data: bytes, position: int) -> int:
 
 
 def _skip_frame(data: bytes, position: int) -> int:
-    """Return the offset after a frame record: id, rig id, pose and images."""
+    """Return the offset at which a frame record ends: id, rig id, pose and list of images."""
     position += 4 + 4 + _RIGID_POSE_BYTES
     (count,) = _SHORT_COUNT_STRUCT.unpack_from(data, position)
     return position + _SHORT_COUNT_STRUCT.size + _FRAME_DATA_BYTES * int(count)

@@ -2,11 +2,11 @@
 
 The Panoptic Toolbox (github.com/CMU-Perceptual-Computing-Lab/panoptic-toolbox) defines the layout.
 An HD camera has a video `hdVideos/hd_00_00.mp4`, or pictures `hdImgs/00_00/00_00_00000000.jpg` that
-the toolbox extracts. A VGA camera has `vgaVideos/vga_01_01.mp4` or `vgaImgs/01_01/...`. For each
-camera, the calibration file gives `K`, `distCoef` (k1, k2, p1, p2, k3), `R` and `t` (world to
-camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as in OpenCV. If there
-are recordings of HD cameras, these cameras are loaded; otherwise, the VGA cameras that have
-recordings are loaded.
+the toolbox extracts. A VGA camera has a video `vgaVideos/vga_01_01.mp4`, or pictures in
+`vgaImgs/01_01`. For each camera, the calibration file gives `K`, `distCoef` (k1, k2, p1, p2, k3),
+`R` and `t` (world to camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as
+in OpenCV. If there are recordings of HD cameras, only these cameras are loaded. If there are none,
+the VGA cameras that have recordings are loaded.
 """
 
 import json
@@ -82,7 +82,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
 
 
 def _list_files(folder: Path, kind: str) -> Files:
-    """Return the videos or pictures by camera name as in the calibration file, such as `00_00`."""
+    """Return the videos or pictures by camera name, such as `00_00` in the calibration file."""
     videos = list_videos(folder / f"{kind}Videos")
     videos_by_name = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
     return videos_by_name or list_picture_folders(folder / f"{kind}Imgs")

@@ -74,8 +74,8 @@ def choose_layout(folder: Path) -> Layout:
     """Return the first entry of `LAYOUTS` whose required files are in a folder.
 
     Raises:
-        UnknownLayoutError: No layout matches. The message lists the missing files of every layout
-            and a remedy.
+        UnknownLayoutError: No layout matches. The message lists the missing files of every layout,
+            and suggests a remedy.
     """
     for layout in LAYOUTS:
         if not layout.find_missing_files(folder):
@@ -91,7 +91,7 @@ def choose_layout(folder: Path) -> Layout:
 
 
 def describe_capture(folder: Path) -> str | None:
-    """Describe a capture or folder of videos, for example "a folder of 3 videos"; else None."""
+    """Return what a folder contains, such as "a folder of 3 videos"; None if unrecognized."""
     if not folder.is_dir():
         return None
     for layout in LAYOUTS:
