@@ -87,14 +87,14 @@ def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Number
     product_indices = np.arange(-max_shift, max_shift + 1) + len(first) - 1
     is_inside = (product_indices >= 0) & (product_indices < len(products))
     valid_indices = product_indices[is_inside]
-    scale = np.sqrt(
+    norm = np.sqrt(
         np.maximum(powers[0][valid_indices], 0) * np.maximum(powers[1][valid_indices], 0)
     )
     correlation = np.divide(
         products[valid_indices],
-        scale,
+        norm,
         out=np.zeros(len(valid_indices)),
-        where=scale > _MIN_POWER,
+        where=norm > _MIN_POWER,
     )
     correlation = np.clip(correlation, -_MAX_CORRELATION, _MAX_CORRELATION)
     weight = np.sqrt(np.maximum(overlap[valid_indices] - 3, 0)) * (
@@ -118,8 +118,8 @@ def subtract_running_mean(signal: Numbers, window: int) -> Numbers:
 
 def _cross_correlate(first: Numbers, second: Numbers) -> Numbers:
     """Return, for every shift, the sum over `t` of `first[t]` times `second[t + shift]`."""
-    total: Numbers = fftconvolve(second, first[::-1], axes=0).sum(axis=1)
-    return total
+    correlation: Numbers = fftconvolve(second, first[::-1], axes=0).sum(axis=1)
+    return correlation
 
 
 def _correlate_pairs(
@@ -181,8 +181,8 @@ def _optimize_shifts(
     for _ in range(_MAX_SWEEPS):
         previous = shifts.copy()
         for index in range(len(shifts)):
-            total = _sum_curves(curves, shifts, index, range(len(shifts)))
-            shifts[index] = int(total.argmax()) - max_shift
+            curve = _sum_curves(curves, shifts, index, range(len(shifts)))
+            shifts[index] = int(curve.argmax()) - max_shift
         if (shifts == previous).all():
             break
     return shifts

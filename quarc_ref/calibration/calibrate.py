@@ -13,7 +13,12 @@ from quarc_ref.calibration.features import Features, Mask
 from quarc_ref.calibration.first_frame import read_first_frame
 from quarc_ref.calibration.lenses import LensOptions
 from quarc_ref.calibration.match_graph import build_match_graph
-from quarc_ref.calibration.offsets import Offsets, SyncMethod, find_offsets, refine_offsets
+from quarc_ref.calibration.offsets import (
+    Offsets,
+    SyncMethod,
+    estimate_offsets_from_poses,
+    find_offsets,
+)
 from quarc_ref.calibration.recordings import MIN_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
 from quarc_ref.calibration.solving import Solution, estimate_poses
@@ -113,22 +118,22 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
     )
     solution, moments = _estimate_poses(recordings, offsets, options)
     if motions:
-        refined_offsets = _refine_offsets(offsets, solution, motions)
-        max_change = _find_max_offset_difference(offsets, refined_offsets)
-        offsets = refined_offsets
+        new_offsets = _update_offsets(offsets, solution, motions)
+        max_change = _find_max_offset_difference(offsets, new_offsets)
+        offsets = new_offsets
         if max_change >= _MIN_OFFSET_CHANGE:
             solution, moments = _estimate_poses(recordings, offsets, options)
     solution, world, points = _build_scene(recordings, offsets, solution, options)
     return Calibration(recordings, offsets, solution, world, points, moments)
 
 
-def _refine_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
+def _update_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
     """Return the offsets, estimated anew for the cameras that have poses."""
-    refined_offsets = refine_offsets(solution.cameras, motions)
+    new_offsets = estimate_offsets_from_poses(solution.cameras, motions)
     return replace(
-        refined_offsets,
-        frames=dict.fromkeys(offsets.frames, 0.0) | refined_offsets.frames,
-        confidence=offsets.confidence | refined_offsets.confidence,
+        new_offsets,
+        frames=dict.fromkeys(offsets.frames, 0.0) | new_offsets.frames,
+        confidence=offsets.confidence | new_offsets.confidence,
     )
 
 

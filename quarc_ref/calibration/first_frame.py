@@ -44,10 +44,10 @@ class FirstFrame:
             make_camera(replace(camera, near=_NEAR_PLANE), points.positions)
             for camera in self.cameras
         ]
-        views = [project_points(camera, points.positions) for camera in cameras]
-        agreement = compare_colors(cameras, views, points.colors, iter(self.pictures))
+        projections = [project_points(camera, points.positions) for camera in cameras]
+        agreement = compare_colors(cameras, projections, points.colors, iter(self.pictures))
         cameras_without_points = [
-            index for index, view in enumerate(views) if not view.is_visible.any()
+            index for index, projection in enumerate(projections) if not projection.is_visible.any()
         ]
         mismatched = {
             *cameras_without_points,

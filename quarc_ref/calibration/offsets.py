@@ -113,7 +113,9 @@ def find_offsets(
     return _make_offsets(recordings.names, SyncMethod.MOTION, shifts), motions
 
 
-def refine_offsets(cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]) -> Offsets:
+def estimate_offsets_from_poses(
+    cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]
+) -> Offsets:
     """Estimate offsets anew from the poses and the motion, without the previous offsets.
 
     Args:

@@ -35,10 +35,11 @@ def refine_reconstruction(
     for camera in pinhole_model.cameras.values():
         _remove_distortion(camera)
     _bundle_adjust(pinhole_model, lenses)
-    is_as_good = _mean_error(pinhole_model) <= _MAX_ERROR_RATIO * _mean_error(model)
+    max_error = _MAX_ERROR_RATIO * _compute_mean_error(model)
+    is_as_accurate = _compute_mean_error(pinhole_model) <= max_error
     return (
         pinhole_model
-        if is_as_good
+        if is_as_accurate
         and _count_observations(pinhole_model) * _MAX_ERROR_RATIO >= _count_observations(model)
         else model
     )
@@ -118,7 +119,7 @@ def _remove_distortion(camera: pycolmap.Camera) -> None:
     camera.params = [focal, cx, cy]
 
 
-def _mean_error(model: pycolmap.Reconstruction) -> float:
+def _compute_mean_error(model: pycolmap.Reconstruction) -> float:
     return float(model.compute_mean_reprojection_error())
 
 

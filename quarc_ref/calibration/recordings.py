@@ -66,10 +66,10 @@ def find_recordings(folder: Path) -> Recordings:
         CalibrationError: Fewer than three cameras are found, or two would get the same name.
         CaptureError: A file cannot be read, or the recordings are inconsistent.
     """
-    listers: list[Callable[[Path], Files]] = [lister for _, lister in ARRANGEMENTS]
+    list_functions: list[Callable[[Path], Files]] = [list_files for _, list_files in ARRANGEMENTS]
     files: Files = {}
-    for lister in (*listers, list_single_pictures):
-        files = max(files, lister(folder), key=len)
+    for list_files in (*list_functions, list_single_pictures):
+        files = max(files, list_files(folder), key=len)
         if len(files) >= MIN_CAMERAS:
             break
     if len(files) < MIN_CAMERAS:

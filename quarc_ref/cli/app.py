@@ -70,7 +70,7 @@ def _print_version(is_requested: bool) -> None:
 
 
 @app.callback()
-def _options(
+def _handle_global_options(
     version: Annotated[
         bool,
         typer.Option(

@@ -34,7 +34,7 @@ INFO_ROWS = {
     "anchors": "control points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: moving anchors, changed and new Gaussians.",
-    "zero-order estimate": "the paper's estimate of these bytes: zero-order entropy of the symbols.",
+    "zero-order estimate": "the paper's estimate of these bytes: zero-order entropy of symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
     "KB per frame": "mean size of a frame, without and with canonical frames.",
 }

@@ -5,7 +5,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.output import print_json, print_message, print_table
+from quarc_ref.cli.output import print_fields, print_json, print_message
 from quarc_ref.export.table import ExportFormat
 
 if TYPE_CHECKING:
@@ -117,11 +117,11 @@ class FrameWriter:
             print_json("decode/2", {"folder": folder and str(folder), **written_files, **gaps})
             return
         name_range = f", {self.names[0]} to {self.names[-1]}" if len(self.names) > 1 else ""
-        lines = {
+        fields = {
             "files": f"{len(self.names)}{name_range or ''.join(f', {name}' for name in self.names)}"
         }
-        lines |= {"gaps": f"{len(self.gaps)}"} if recovers else {}
-        print_table(str(output or "no folder"), lines)
+        fields |= {"gaps": f"{len(self.gaps)}"} if recovers else {}
+        print_fields(str(output or "no folder"), fields)
 
     def _write_sidecar(
         self, target: "OutputFolder | SingleFrameFile", first_frame: int, clip: "Clip"

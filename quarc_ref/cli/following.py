@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 DEFAULT_PATIENCE = 60.0
 _POLL_SECONDS = 0.1
 
-# `follow_stream` checks whether the file exists, so the argument has no callback.
+# `make_follow_options` checks whether the file exists, so the argument has no callback.
 FollowedStreamName = Annotated[
     str,
     typer.Argument(
@@ -40,7 +40,7 @@ Patience = Annotated[
 ]
 
 
-def follow_stream(name: str, patience: float, *, follow: bool) -> "Follow | None":
+def make_follow_options(name: str, patience: float, *, follow: bool) -> "Follow | None":
     """Return the options for waiting at the end of a growing stream; None if `follow` is not set.
 
     The result is also None for standard input, because reading it blocks until data arrives. If

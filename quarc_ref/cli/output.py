@@ -71,17 +71,17 @@ class MessageHandler(logging.Handler):
             print_message(message)
 
 
-def print_table(title: str, rows: dict[str, str]) -> None:
+def print_fields(title: str, fields: dict[str, str]) -> None:
     """Print a table of names and values on standard output.
 
     Args:
         title: Text above the table.
-        rows: Values by name; control characters are escaped.
+        fields: Values by name; control characters are escaped.
     """
     table = Table(show_header=False, box=None, pad_edge=False)
     table.add_column(style="dim")
     table.add_column(overflow="fold")
-    for name, value in rows.items():
+    for name, value in fields.items():
         table.add_row(escape_controls(name), escape_controls(value))
     output = _PlainConsole()
     output.print(escape_controls(title), style="italic", highlight=False, soft_wrap=True)

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.cli import output
-from quarc_ref.cli.output import TerminalProgress, escape_controls, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, escape_controls, print_fields, print_json
 
 
 @pytest.fixture
@@ -25,7 +25,7 @@ def test_json_has_only_numbers_that_json_allows(capsys):
 
 def test_a_table_wraps_long_values_and_loses_no_letter(capsys):
     digest = "0123456789" * 20
-    print_table("title", {"name": digest})
+    print_fields("title", {"name": digest})
 
     printed_text = capsys.readouterr().out
     assert printed_text.split()[:2] == ["title", "name"]
@@ -33,7 +33,7 @@ def test_a_table_wraps_long_values_and_loses_no_letter(capsys):
 
 
 def test_a_long_title_is_not_wrapped(capsys):
-    print_table("a-very-long-name.quarc" * 9, {"name": "1"})
+    print_fields("a-very-long-name.quarc" * 9, {"name": "1"})
 
     assert capsys.readouterr().out.split() == ["a-very-long-name.quarc" * 9, "name", "1"]
 

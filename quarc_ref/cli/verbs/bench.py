@@ -6,7 +6,7 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 
 if TYPE_CHECKING:
     from quarc_ref.inspection.decode_speed import Speed
@@ -39,7 +39,7 @@ def bench(
         if as_json:
             print_json("bench/2", speed.as_json())
         else:
-            print_table(format_stream_name(file), _describe(speed))
+            print_fields(format_stream_name(file), _describe(speed))
 
 
 def _describe(speed: "Speed") -> dict[str, str]:

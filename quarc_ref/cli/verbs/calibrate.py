@@ -11,9 +11,9 @@ from quarc_ref.cli.options import AsJson, Force, Quiet, check_folder
 from quarc_ref.cli.output import (
     TerminalProgress,
     print_columns,
+    print_fields,
     print_json,
     print_message,
-    print_table,
 )
 from quarc_ref.cli.targets import written_folder
 
@@ -221,7 +221,7 @@ def _print_result(
             f"the time offsets of {', '.join(unreliable_names)} could not be estimated reliably: "
             "offset 0 is used"
         )
-    lines = {
+    fields = {
         "cameras": f"{len(solution.cameras)} of {camera_count}",
         "reprojection error": f"{solution.mean_error:.2f} px",
         "points": f"{len(calibration.points.positions):,}",
@@ -230,7 +230,7 @@ def _print_result(
         "seconds": f"{seconds}",
         "report": str(page),
     }
-    print_table(output.name, lines)
+    print_fields(output.name, fields)
     first_heading, *other_headings = HEADINGS
     print_columns("Cameras", [f"<{first_heading}", *other_headings], list_cameras(calibration))
 

@@ -9,7 +9,7 @@ import typer
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.evaluate import print_evaluation
 from quarc_ref.inspection.wording import count_noun
@@ -64,7 +64,7 @@ def synth(
         else:
             description = f"{count_noun(frames, 'frame')} each, {width} x {height}"
             videos = f"{cameras} with {description}; cam00 should be held out"
-            print_table(str(folder), {"scene": variant, "videos": videos})
+            print_fields(str(folder), {"scene": variant, "videos": videos})
 
 
 def demo(

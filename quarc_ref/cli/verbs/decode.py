@@ -14,7 +14,7 @@ from quarc_ref.cli.following import (
     FollowedStreamName,
     FollowFlag,
     Patience,
-    follow_stream,
+    make_follow_options,
 )
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress
@@ -79,7 +79,7 @@ def decode_frames(
     one file, that file is PATH/frames.usdc or similar. With --follow, each file appears as soon as
     its frame is decoded; otherwise, all files appear at the end.
     """
-    follow_options = follow_stream(file, patience, follow=follow)
+    follow_options = make_follow_options(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.inspection.inspect_stream import count_frames
         from quarc_ref.streams import open_source

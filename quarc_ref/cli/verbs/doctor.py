@@ -10,7 +10,7 @@ from quarc_ref.cli.completion import complete_preset
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, CaptureFolder, Quiet
-from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, print_message
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
@@ -77,7 +77,7 @@ def doctor(
             document = _as_json(capture, diagnosis, capture_options, quick=quick, preset=preset)
             print_json("doctor/2", document)
         else:
-            print_table(capture.resolve().name, _describe(diagnosis, preset))
+            print_fields(capture.resolve().name, _describe(diagnosis, preset))
         for finding in () if as_json else diagnosis.findings:
             print_message(f"{finding.kind}: {finding.message}")
         if diagnosis.findings:

@@ -15,7 +15,7 @@ from quarc_ref.cli.options import (
     check_stream_name,
     parse_frames,
 )
-from quarc_ref.cli.output import print_json, print_table
+from quarc_ref.cli.output import print_fields, print_json
 from quarc_ref.cli.targets import open_output_stream
 
 _Target = Annotated[
@@ -103,4 +103,4 @@ def _print_result(schema: str, output: Path, count: int, *, as_json: bool) -> No
     if as_json:
         print_json(schema, {"file": str(output), "frames": count, "bytes": size})
     else:
-        print_table(output.name, {"frames": f"{count}", "whole stream": f"{size:,} bytes"})
+        print_fields(output.name, {"frames": f"{count}", "whole stream": f"{size:,} bytes"})

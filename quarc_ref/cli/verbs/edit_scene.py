@@ -9,7 +9,7 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import STANDARD_STREAM, AsJson, Force, Quiet, StreamName
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.targets import open_output_stream
 
 if TYPE_CHECKING:
@@ -193,4 +193,4 @@ def _print_result(output: Path, count: int, report: "SceneReport | None", *, as_
     rows = {"frames": f"{count}", "whole stream": f"{size:,} bytes", "edit": method_text}
     if bounds and errors:
         rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}
-    print_table(output.name, rows)
+    print_fields(output.name, rows)

@@ -51,7 +51,7 @@ from quarc_ref.cli.options import (
     Seed,
     Settings,
 )
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.verbs.stream import describe_stream
 
 if TYPE_CHECKING:
@@ -174,4 +174,4 @@ def _print_result(
         encode_values = {"findings": findings.as_json(), "seconds": seconds}
         print_json("encode/2", {"file": str(output), **summary.as_json(), **encode_values})
     else:
-        print_table(output.name, describe_stream(summary) | {"seconds": f"{seconds}"})
+        print_fields(output.name, describe_stream(summary) | {"seconds": f"{seconds}"})

@@ -22,9 +22,9 @@ from quarc_ref.cli.options import (
 from quarc_ref.cli.output import (
     TerminalProgress,
     print_columns,
+    print_fields,
     print_json,
     print_message,
-    print_table,
 )
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
@@ -138,13 +138,13 @@ def print_evaluation(
         }
         print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **report})
         return
-    lines = {
+    fields = {
         "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "
         f"worst {min(quality.psnr):.2f}",
         "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",
     }
     if page is not None:
-        lines["report"] = str(page)
-    print_table(file.name, describe_stream(summary) | lines)
+        fields["report"] = str(page)
+    print_fields(file.name, describe_stream(summary) | fields)
     headings = ["<camera", *quality.headings()]
     print_columns("Held-out cameras (cc: color-corrected)", headings, quality.as_rows())

@@ -8,7 +8,7 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
-from quarc_ref.cli.output import escape_controls, print_json, print_message, print_table
+from quarc_ref.cli.output import escape_controls, print_fields, print_json, print_message
 from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.inspection.wording import count_noun
@@ -59,7 +59,7 @@ def publish(
         from quarc_ref.viewing.page import PageOptions, build_iframe
         from quarc_ref.viewing.site import write_site
 
-        page_url = _require_url(url) if url else f"{output.name}/"
+        page_url = _normalize_url(url) if url else f"{output.name}/"
         options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
         with open_source(file) as source, written_folder(output, force=force) as folder:
             poster_camera = choose_initial_camera(read_cameras(source), camera)
@@ -74,7 +74,7 @@ def publish(
         _print_result(output, site, iframe, as_json=as_json)
 
 
-def _require_url(url: str) -> str:
+def _normalize_url(url: str) -> str:
     """Return the URL of a folder with a trailing slash, which is added if it is missing.
 
     Raises:
@@ -127,5 +127,5 @@ def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> 
         "poster": site.poster or "none",
         "to try it": f"python3 -m http.server --directory {output}",
     }
-    print_table(str(output), rows)
+    print_fields(str(output), rows)
     sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # on a single line, for copying

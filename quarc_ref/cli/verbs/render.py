@@ -8,7 +8,7 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.render_choices import choose_camera, choose_video_format, require_pixel_limit
 from quarc_ref.cli.render_output import (
     OutputKind,
@@ -218,8 +218,8 @@ def _print_result(
     size = f"{camera.width} x {camera.height}"
     count = int(str(result["frames"]))
     if "folder" in result:
-        lines = {"pictures": f"{count_noun(count, f'{kind.upper()} file')} of {size}"}
+        fields = {"pictures": f"{count_noun(count, f'{kind.upper()} file')} of {size}"}
     else:
         codec = "H.264" if kind == "mp4" else "VP9"
-        lines = {"video": f"{count_noun(count, 'frame')} of {size}, {codec}"}
-    print_table(str(output), lines | ({"path": path} if path else {"camera": camera.name}))
+        fields = {"video": f"{count_noun(count, 'frame')} of {size}, {codec}"}
+    print_fields(str(output), fields | ({"path": path} if path else {"camera": camera.name}))

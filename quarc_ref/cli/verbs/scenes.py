@@ -9,7 +9,7 @@ import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AXES, STANDARD_STREAM, AsJson, Force, Quiet, UpAxis
-from quarc_ref.cli.output import TerminalProgress, print_json, print_message, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, print_message
 from quarc_ref.cli.targets import open_output_stream
 
 if TYPE_CHECKING:
@@ -184,4 +184,4 @@ def _print_result(output: Path, report: "SceneReport", *, as_json: bool) -> None
         return
     rows = {"frames": f"{report.frames}", "whole stream": f"{size:,} bytes"}
     rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}
-    print_table(output.name, rows)
+    print_fields(output.name, rows)

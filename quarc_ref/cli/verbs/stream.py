@@ -11,10 +11,10 @@ from quarc_ref.cli.following import (
     FollowedStreamName,
     FollowFlag,
     Patience,
-    follow_stream,
+    make_follow_options,
 )
 from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
-from quarc_ref.cli.output import TerminalProgress, print_json, print_table
+from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.format.errors import BitstreamError
 
@@ -35,7 +35,7 @@ def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> Non
         if as_json:
             print_json("info/2", summary.as_json())
         else:
-            print_table(format_stream_name(file), describe_stream(summary))
+            print_fields(format_stream_name(file), describe_stream(summary))
 
 
 def verify(
@@ -55,7 +55,7 @@ def verify(
     quiet: Quiet = False,
 ) -> None:
     """Decode a whole stream, and check every CRC and every state."""
-    follow_options = follow_stream(file, patience, follow=follow)
+    follow_options = make_follow_options(file, patience, follow=follow)
     with report_errors(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.streams import open_source
 
@@ -80,11 +80,11 @@ def verify(
             }
             print_json("verify/2", {**result_values, **deep_values})
         else:
-            lines = {"valid": "yes", "frames": f"{verifier.frames}"}
-            lines |= {"last state": verifier.digest} if verifier.digest else {}
-            print_table(
+            fields = {"valid": "yes", "frames": f"{verifier.frames}"}
+            fields |= {"last state": verifier.digest} if verifier.digest else {}
+            print_fields(
                 format_stream_name(file),
-                lines | (describe_verification(verification) if verification else {}),
+                fields | (describe_verification(verification) if verification else {}),
             )
 
 
@@ -153,7 +153,7 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kilobytes, header = summary.kilobytes_per_frame(), summary.header
-    lines = {
+    fields = {
         "frames": f"{_format_frame_range(summary)} at {header.frames_per_second:g} per second",
         "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
         "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
@@ -161,21 +161,21 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
         "whole stream": f"{coded['total']:,} bytes",
     }
     for kind in KINDS:
-        lines[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
-    lines["overhead"] = f"{coded['overhead']:,} bytes"
-    lines["KB per frame"] = (
+        fields[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
+    fields["overhead"] = f"{coded['overhead']:,} bytes"
+    fields["KB per frame"] = (
         f"{kilobytes['without_canonical']:.2f} without canonical frames, "
         f"{kilobytes['with_canonical']:.2f} with them; a KB is 1024 bytes"
     )
-    lines["world"] = (
+    fields["world"] = (
         f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
         f"{header.meters_per_unit or 'unknown'} meters per unit"
     )
-    lines["cameras"] = ", ".join(
+    fields["cameras"] = ", ".join(
         camera.name + (" (held out)" if camera.held_out else "") for camera in summary.cameras
     )
-    other_keys = summary.metadata.keys() - lines.keys() - {"settings"}
-    return lines | {key: text for key, text in summary.metadata.items() if key in other_keys}
+    other_keys = summary.metadata.keys() - fields.keys() - {"settings"}
+    return fields | {key: text for key, text in summary.metadata.items() if key in other_keys}
 
 
 def _format_frame_range(summary: "StreamSummary") -> str:

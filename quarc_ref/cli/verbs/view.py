@@ -16,10 +16,10 @@ from quarc_ref.cli.following import (
     FollowedStreamName,
     FollowFlag,
     Patience,
-    follow_stream,
+    make_follow_options,
 )
 from quarc_ref.cli.options import STANDARD_STREAM, AsJson, UpAxis, format_stream_name
-from quarc_ref.cli.output import print_json, print_message, print_table
+from quarc_ref.cli.output import print_fields, print_json, print_message
 from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
 from quarc_ref.cli.seekable_stream import growing_copy, open_seekable
 
@@ -71,7 +71,7 @@ def view(
     The URL contains a random token, so that only people who know the URL can open the page. With
     --follow or from standard input, the stream plays while it is received.
     """
-    follow_options = follow_stream(file, patience, follow=follow)
+    follow_options = make_follow_options(file, patience, follow=follow)
     with report_errors():
         from quarc_ref.viewing.page import PageOptions
 
@@ -162,5 +162,5 @@ def _print_url(title: str, server: "Server", host: str, *, as_json: bool) -> Non
         rows = {"page": server.url}
         if host in _WILDCARD_ADDRESSES:
             rows["from other machines"] = server.build_url(socket.gethostname())
-        print_table(title, rows | {"stop with": "Ctrl-C"})
+        print_fields(title, rows | {"stop with": "Ctrl-C"})
     sys.stdout.flush()

@@ -51,8 +51,8 @@ def read_n3dv(folder: Path) -> Footage:
     points_path = _find_points(folder)
     return Footage(
         cameras=tuple(
-            _make_camera(*arguments, poses_path)
-            for arguments in zip(names, source.sizes, rows, strict=True)
+            _make_camera(name, size, row, poses_path)
+            for name, size, row in zip(names, source.sizes, rows, strict=True)
         ),
         source=source,
         points=read_points_ply(points_path) if points_path else None,
@@ -142,9 +142,9 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
     """
     width, height = size
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)
-    down, right, backwards, center, (pose_height, pose_width, focal) = matrix.T
+    down, right, backwards, center, (calibrated_height, calibrated_width, focal) = matrix.T
     try:
-        scale = _find_picture_scale((pose_width, pose_height), size)
+        scale = _find_picture_scale((calibrated_width, calibrated_height), size)
         lens = Lens(
             width=width,
             height=height,
@@ -161,21 +161,21 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
     return CalibratedCamera(name, lens, pose, near)
 
 
-def _find_picture_scale(pose_size: tuple[float, float], video_size: tuple[int, int]) -> float:
+def _find_picture_scale(calibrated_size: tuple[float, float], video_size: tuple[int, int]) -> float:
     """Return the size of the video divided by the picture size in the poses file."""
-    (pose_width, pose_height), (width, height) = pose_size, video_size
-    smaller_width, larger_width = sorted((pose_width, float(width)))
+    (calibrated_width, calibrated_height), (width, height) = calibrated_size, video_size
+    smaller_width, larger_width = sorted((calibrated_width, float(width)))
     if (
         smaller_width <= 0
         or larger_width % smaller_width
-        or width * pose_height != height * pose_width
+        or width * calibrated_height != height * calibrated_width
     ):
         message = (
-            f"the pose is for pictures of {pose_width:g}x{pose_height:g}, but the video is "
-            f"{width}x{height}; the sizes must be equal, or one a whole multiple of the other"
+            f"the pose is for pictures of {calibrated_width:g}x{calibrated_height:g}, but the "
+            f"video is {width}x{height}; the sizes must be equal, or one a whole multiple of the other"
         )
         raise ValueError(message)
-    return float(width / pose_width)
+    return float(width / calibrated_width)
 
 
 def _require_near(near: float, far: float) -> float:
