@@ -172,7 +172,8 @@ def _find_picture_scale(calibrated_size: tuple[float, float], video_size: tuple[
     ):
         message = (
             f"the pose is for pictures of {calibrated_width:g}x{calibrated_height:g}, but the "
-            f"video is {width}x{height}; the sizes must be equal, or one a whole multiple of the other"
+            f"video is {width}x{height}; the sizes must be equal, or one must be a whole "
+            "multiple of the other"
         )
         raise ValueError(message)
     return float(width / calibrated_width)
