@@ -31,7 +31,7 @@ from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.birth_selection import ByteCost
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
-from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.frames.surrogate import deform
 from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import make_header
@@ -94,7 +94,7 @@ def encode_unquantized(
         frame_start = begin_frame(state, deaths)
         if trial.rebinds:
             frame_start = _rebind(frame_start)
-        rd = RateDistortion(choose_lambda(config, []), reference_loss)
+        rd = RateDistortion(choose_rd_factor(config, []), reference_loss)
         with without_rounding():
             motion = fit_motion(
                 context, FrameStart(state, frame_start, deaths), config.motion, rd=rd
@@ -210,7 +210,7 @@ def _make_canonical_state(
     config = adapt_steps_to_capture(trial.config, capture)
     header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
     with without_rounding() if trial.floats == "all" else nullcontext():
-        objective = CanonicalObjective(config.canonical, header, choose_lambda(config, []))
+        objective = CanonicalObjective(config.canonical, header, choose_rd_factor(config, []))
         attributes = train(context, capture.points, objective)
     representable_attributes = drop_unrepresentable(attributes, header)
     fine_header = refine_header(header, float(representable_attributes.means.abs().max()))

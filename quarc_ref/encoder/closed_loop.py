@@ -160,9 +160,11 @@ class ClosedLoop:
             message = "the header does not allow snapshots"
             raise ValueError(message)
         self._require_next(moved_frame)
-        roots = self._decoder.roots
+        canonical_indices = self._decoder.roots
         return self._commit(
-            self._coder.code_as_snapshot(moved_frame, births, reference, roots, dead_zone)
+            self._coder.code_as_snapshot(
+                moved_frame, births, reference, canonical_indices, dead_zone
+            )
         )
 
     def finish(self) -> None:

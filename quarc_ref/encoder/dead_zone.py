@@ -14,7 +14,11 @@ from quarc_ref.format.records import Gaussians, StreamHeader
 
 
 def undo_small_moves(
-    gaussians: Gaussians, canonical: Gaussians, roots: Int64, header: StreamHeader, steps: int
+    gaussians: Gaussians,
+    canonical: Gaussians,
+    canonical_indices: Int64,
+    header: StreamHeader,
+    steps: int,
 ) -> Gaussians:
     """Return the Gaussians of a snapshot after undoing moves within the dead zone.
 
@@ -25,11 +29,12 @@ def undo_small_moves(
     Args:
         gaussians: Gaussians of the snapshot, on the grid of canonical frames.
         canonical: Gaussians of the last canonical frame (CANO), in the order of the chunk.
-        roots: `[N]` index of each Gaussian in `canonical`; -1 for Gaussians added later.
+        canonical_indices: `[N]` index of each Gaussian in `canonical`; -1 for Gaussians that
+            were added later.
         header: Header of the stream.
         steps: Size of the dead zone in steps; 0: no dead zone.
     """
-    (survivors,) = np.nonzero(roots >= 0)
+    (survivors,) = np.nonzero(canonical_indices >= 0)
     position_limit = divide_round(
         np.array(steps * header.translation_step), header.position_step
     ).item()
@@ -39,9 +44,11 @@ def undo_small_moves(
         (rotations, canonical.rotations, (0, steps, steps, steps)),
     ):
         undone_indices = survivors[
-            _find_small_changes(rows[:, survivors], canonical_rows[:, roots[survivors]], limits)
+            _find_small_changes(
+                rows[:, survivors], canonical_rows[:, canonical_indices[survivors]], limits
+            )
         ]
-        rows[:, undone_indices] = canonical_rows[:, roots[undone_indices]]
+        rows[:, undone_indices] = canonical_rows[:, canonical_indices[undone_indices]]
     return Gaussians(positions, rotations, gaussians.codes)
 
 

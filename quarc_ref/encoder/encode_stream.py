@@ -26,7 +26,7 @@ from quarc_ref.encoder.frame_coder import MovedFrame
 from quarc_ref.encoder.frames.birth_selection import ByteCost
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
-from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, FrameWritten
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
@@ -136,7 +136,7 @@ class _Encoding:
         """Train and write frame 0."""
         config, capture = self._config, self._capture
         header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
-        objective = CanonicalObjective(config.canonical, header, choose_lambda(config, []))
+        objective = CanonicalObjective(config.canonical, header, choose_rd_factor(config, []))
         attributes = train_canonical(self._context, capture.points, objective, self._checkpoint)
         gaussians = quantize_gaussians(drop_unrepresentable(attributes, header), header)
         self._open(sink, gaussians.count)
@@ -164,7 +164,7 @@ class _Encoding:
         """Train and write the next frame."""
         config, context, frame = self._config, self._context, self.next_frame
         context.observers.progress.advance("frames", frame, self.frame_count)
-        rd = RateDistortion(choose_lambda(config, self._sizes), self._reference_loss)
+        rd = RateDistortion(choose_rd_factor(config, self._sizes), self._reference_loss)
         death_count = count_deaths(self._loop.state, self._initial_gaussian_count, config.births)
         start = self._loop.start_frame(death_count)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
@@ -258,8 +258,8 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
     full_capture = capture.full_capture
     views = [full_capture.cameras[index] for index in full_capture.training]
     pictures = (full_capture.image(index, 0) for index in full_capture.training)
-    stream = propose_steps(config.stream, config.steps, views, full_capture.points, pictures)
-    return replace(config, stream=set_world_frame(stream, full_capture.notes))
+    header = propose_steps(config.stream, config.steps, views, full_capture.points, pictures)
+    return replace(config, stream=set_world_frame(header, full_capture.notes))
 
 
 def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:

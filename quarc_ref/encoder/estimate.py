@@ -93,12 +93,12 @@ def _estimate_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[
     limit = (
         settings.max_gaussians
         if settings.prune_rd_lambda
-        else _limit_final_count(initial_count, settings)
+        else _max_final_count(initial_count, settings)
     )
     return initial_count, math.sqrt(initial_count * limit)
 
 
-def _limit_final_count(initial_count: int, settings: CanonicalSettings) -> int:
+def _max_final_count(initial_count: int, settings: CanonicalSettings) -> int:
     return min(settings.max_gaussians, initial_count * _MAX_GROWTH_FACTOR)
 
 

@@ -210,7 +210,7 @@ class FrameCoder:
         moved_frame: MovedFrame,
         births: Births | None,
         reference: SnapshotReference,
-        roots: Int64,
+        canonical_indices: Int64,
         dead_zone: int = 0,
     ) -> CodedFrame:
         """Code a moved frame and its births as a snapshot (SPEC 5.10).
@@ -219,8 +219,8 @@ class FrameCoder:
             moved_frame: The frame after its motion.
             births: Births of the frame; None if the frame has no births.
             reference: The last canonical frame (CANO).
-            roots: `[n]` index in the CANO of each Gaussian of the last keyframe, in the order
-                of ids; -1 for Gaussians that are not in the CANO.
+            canonical_indices: `[n]` index in the CANO chunk of each Gaussian of the last keyframe,
+                ordered by id; -1 for Gaussians that are not in the CANO chunk.
             dead_zone: Largest move since the CANO that the snapshot undoes, in steps; see
                 `undo_small_moves`.
 
@@ -228,14 +228,15 @@ class FrameCoder:
             EncodeError: A Gaussian is out of the format's range.
         """
         scene = self._append_births(moved_frame, births)[0].scene
-        scene_roots = np.full(scene.count, -1, dtype=np.int64)
-        is_from_keyframe = scene.ids < roots.size  # later ids were added after the keyframe
-        scene_roots[is_from_keyframe] = roots[scene.ids[is_from_keyframe]]
+        scene_canonical_indices = np.full(scene.count, -1, dtype=np.int64)
+        # Gaussians with higher ids were added after the keyframe.
+        is_from_keyframe = scene.ids < canonical_indices.size
+        scene_canonical_indices[is_from_keyframe] = canonical_indices[scene.ids[is_from_keyframe]]
         gaussians = undo_small_moves(
-            requantize(scene), reference.gaussians, scene_roots, self._header, dead_zone
+            requantize(scene), reference.gaussians, scene_canonical_indices, self._header, dead_zone
         )
         try:
-            coded = write_snapshot(reference.gaussians, gaussians, scene_roots)
+            coded = write_snapshot(reference.gaussians, gaussians, scene_canonical_indices)
             state = self._engine.begin_canonical(self._header, scene.frame, coded.gaussians)
         except StateError as error:
             raise EncodeError(str(error)) from error

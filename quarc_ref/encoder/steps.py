@@ -30,7 +30,7 @@ _WHITE = 255
 
 
 def propose_steps(
-    stream: StreamHeader,
+    header: StreamHeader,
     settings: StepSettings,
     cameras: Sequence[Camera],
     points: Points,
@@ -43,7 +43,7 @@ def propose_steps(
     points, a coarser lattice is used.
 
     Args:
-        stream: Header from the settings; if a step is 0 in `settings`, the step of the header is
+        header: Header from the settings. If a step is 0 in `settings`, the step in this header is
             kept.
         settings: Position step in pixels, and translation step as a mean change of the pictures.
         cameras: The training cameras.
@@ -54,10 +54,10 @@ def propose_steps(
         EncodeError: No initial point is visible in a training view.
     """
     if not (settings.position_pixels or settings.translation_change):
-        return stream
+        return header
     pixel_size = measure_pixel_size(cameras, points)
-    position_step_size = settings.position_pixels * pixel_size or position_step(stream)
-    translation_step_size = translation_step(stream)
+    position_step_size = settings.position_pixels * pixel_size or position_step(header)
+    translation_step_size = translation_step(header)
     if settings.translation_change:
         sharpness = max(
             measure_sharpness(pictures), settings.translation_change / _MAX_TRANSLATION_PIXELS
@@ -67,7 +67,7 @@ def propose_steps(
         min(position_step_size, translation_step_size), _measure_max_coordinate(cameras, points)
     )
     return replace(
-        stream,
+        header,
         lattice_exponent=exponent,
         position_step=_to_lattice_units(position_step_size, exponent),
         translation_step=_to_lattice_units(translation_step_size, exponent),

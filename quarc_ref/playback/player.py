@@ -21,7 +21,7 @@ class Player:
     A run plays frames in order from a start frame. Starting a run ends the previous run.
 
     Args:
-        stream: A stream. If it must be closed, the caller must close the player first.
+        stream: The stream, as bytes or as a source. A source must not be closed before the player.
         threads: 1 to decode frames on demand; 2 or more to decode in advance, with an
             engine that may use this number of threads.
         prefetch: Maximum number of buffered frames, at least 1. A buffered frame takes
@@ -69,7 +69,7 @@ class Player:
     def close(self) -> None:
         """End the current run; the player can still start new runs.
 
-        If a read of the source is in progress, `close` waits until it ends.
+        If the source is being read, `close` waits until the read ends.
         """
         if self._run is not None:
             self._run.close()

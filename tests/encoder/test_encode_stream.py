@@ -15,7 +15,7 @@ from quarc_ref.decoder import dequantize
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.container import FRAM
 from quarc_ref.format.errors import TruncatedError
@@ -142,7 +142,7 @@ def test_lambda_follows_from_the_file_so_far(monkeypatch):
     encode(make_capture(), sink, EncodeOptions(config, device="cpu"))
 
     for rd, written in calls:
-        assert rd == RateDistortion(choose_lambda(config, _frame_sizes(written)), losses[0])
+        assert rd == RateDistortion(choose_rd_factor(config, _frame_sizes(written)), losses[0])
     assert len({rd for rd, _ in calls}) == len(calls)
     assert len(losses) == 1
     assert 0 < losses[0] < 0.2

@@ -23,7 +23,7 @@ from quarc_ref.format.cameras import Camera
 _MAX_FROZEN_CHANGE = 0.02
 _MIN_MOTION = 0.1  # minimum average change of pictures with motion, levels of 255
 _MAX_REPEATED_CHANGE = 0.02  # relative to the camera's median change
-_MIN_OTHERS_CHANGE = 0.3  # relative to the median changes of the other cameras
+_MIN_CHANGE_OF_OTHERS = 0.3  # relative to the median changes of the other cameras
 _MIN_REPEATS = 2
 _MIN_FRAMES = 8
 _MAX_SHIFT = 15
@@ -84,12 +84,12 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
     median_changes = np.median(means, axis=1, keepdims=True)
     relative_changes = means / np.maximum(median_changes, 1e-9)
     for index, name in enumerate(names):
-        others_change = np.median(np.delete(relative_changes, index, axis=0), axis=0)
+        change_of_others = np.median(np.delete(relative_changes, index, axis=0), axis=0)
         is_frame_readable = recordings[index].is_readable
         is_pair_readable = is_frame_readable[1:] & is_frame_readable[:-1]
         is_repeated = (
             (relative_changes[index] < _MAX_REPEATED_CHANGE)
-            & (others_change > _MIN_OTHERS_CHANGE)
+            & (change_of_others > _MIN_CHANGE_OF_OTHERS)
             & is_pair_readable
         )
         repeated_frames = np.flatnonzero(is_repeated) + 1

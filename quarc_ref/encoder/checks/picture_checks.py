@@ -183,9 +183,13 @@ def _measure_blur(gray: NDArray[np.float32]) -> float:
         differences, blurred_differences = (
             np.abs(np.diff(image, axis=axis)) for image in (gray, blurred)
         )
-        lost_sum = np.maximum(0, differences - blurred_differences).sum()
-        total = float(differences.sum())
-        remaining_fractions.append((total - float(lost_sum)) / total if total else 1.0)
+        lost_difference = np.maximum(0, differences - blurred_differences).sum()
+        total_difference = float(differences.sum())
+        remaining_fractions.append(
+            (total_difference - float(lost_difference)) / total_difference
+            if total_difference
+            else 1.0
+        )
     return max(remaining_fractions)
 
 

@@ -64,7 +64,7 @@ class BirthObjective:
         with torch.no_grad():
             return sum(float(self.render(gaussians, view)[1]) for view in views) / len(views)
 
-    def mean_loss_without(self) -> float:
+    def mean_loss_without_births(self) -> float:
         """Return the mean loss of the training views without new Gaussians."""
         views = range(self.context.view_count)
         losses = (self._loss(self.background.backdrop(view).image, view) for view in views)
@@ -95,7 +95,7 @@ def select_births(
     if not parents.numel():
         return None
     quantized_births = _quantize(objective, births, parents)
-    gain = objective.mean_loss_without() - objective.mean_loss(births)
+    gain = objective.mean_loss_without_births() - objective.mean_loss(births)
     return quantized_births if gain > cost.weight * cost.count_bytes(quantized_births) else None
 
 

@@ -10,7 +10,7 @@ from torch import Tensor
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.frames.birth_selection import BirthObjective, ByteCost, select_births
-from quarc_ref.encoder.frames.placement import place_clones, place_on_errors
+from quarc_ref.encoder.frames.placement import place_at_errors, place_clones
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.canonical import canonical_learning_rates
@@ -49,7 +49,7 @@ def fit_births(
     if settings.placement == "gate":
         births, parents = place_clones(context, scene.attributes, frame, statistics, settings)
     else:
-        births, parents = place_on_errors(context, scene, frame, settings)
+        births, parents = place_at_errors(context, scene, frame, settings)
     if parents.numel() == 0:
         return None
     objective = BirthObjective(context, scene, moved_state.scene, config.motion.lambda_dssim)
@@ -93,10 +93,10 @@ def _train(
         view = next(views)
         rendering, loss = objective.render(objective.activate(trainer.attributes), view)
         gradient = trainer.step(loss, rendering.means2d)
-        statistics.add_last(gradient, rendering, context.camera(view))
-        frame_and_step = (objective.decoded_scene.frame, step + 1, settings.iterations)
+        statistics.add_for_last_gaussians(gradient, rendering, context.camera(view))
+        step_numbers = (objective.decoded_scene.frame, step + 1, settings.iterations)
         gaussian_count = objective.decoded_scene.count + trainer.count
-        context.report_step("births", frame_and_step, view, gaussian_count, rendering.image, loss)
+        context.report_step("births", step_numbers, view, gaussian_count, rendering.image, loss)
         context.observers.progress.advance("births", step + 1, settings.iterations)
     return trainer.attributes.detached(), parents
 

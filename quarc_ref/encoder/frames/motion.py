@@ -133,9 +133,9 @@ class _MotionFit:
         )
         gradient = _optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
         self._statistics.add(gradient, rendering, self._context.camera(view))
-        frame_and_step = (self._scene.frame, step + 1, settings.iterations)
+        step_numbers = (self._scene.frame, step + 1, settings.iterations)
         image, gaussian_count = rendering.image, self._scene.count
-        self._context.report_step("motion", frame_and_step, view, gaussian_count, image, loss)
+        self._context.report_step("motion", step_numbers, view, gaussian_count, image, loss)
 
     def result(self) -> FittedMotion:
         """Return the trained and quantized motion and updates."""

@@ -69,7 +69,7 @@ def place_clones(
     return births, parents
 
 
-def place_on_errors(
+def place_at_errors(
     context: TrainingContext, scene: FixedScene, frame: int, settings: BirthSettings
 ) -> tuple[Attributes, Tensor]:
     """Place new Gaussians at the pixels with the largest errors.

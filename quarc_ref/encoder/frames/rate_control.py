@@ -46,7 +46,7 @@ class RateDistortion:
         return weight * self.factor * self.reference_loss
 
 
-def choose_lambda(config: EncoderConfig, sizes: Sequence[int]) -> float:
+def choose_rd_factor(config: EncoderConfig, sizes: Sequence[int]) -> float:
     """Return the factor by which all rate-distortion weights of the next frame are multiplied.
 
     Args:

@@ -30,8 +30,8 @@ class EncodeStatus:
     ) -> None:
         self._announce, self._clock = announce, clock
         self._forecast: Forecast | None = None
-        self._psnr: deque[float] = deque(maxlen=_SAMPLE_COUNT)
-        self._next_sample = 0.0
+        self._psnr_samples: deque[float] = deque(maxlen=_SAMPLE_COUNT)
+        self._next_sample_time = 0.0
         self._gaussians = 0
         self._byte_count = 0
 
@@ -48,9 +48,9 @@ class EncodeStatus:
             self._forecast.record_step(step.stage, step.step)
         self._gaussians = step.gaussians
         now = self._clock()
-        if now >= self._next_sample:
-            self._psnr.append(step.psnr())
-            self._next_sample = now + _SECONDS_BETWEEN_SAMPLES
+        if now >= self._next_sample_time:
+            self._psnr_samples.append(step.psnr())
+            self._next_sample_time = now + _SECONDS_BETWEEN_SAMPLES
 
     def frame(self, frame: FrameWritten) -> None:
         """See `Monitor.frame`."""
@@ -64,8 +64,8 @@ class EncodeStatus:
     def describe(self) -> str:
         """Return the status, such as `31.2 dB train, 8,950 Gaussians, 95.1 KB, 2 h 5 min left`."""
         parts = []
-        if self._psnr:
-            parts.append(f"{fmean(self._psnr):.1f} dB train")
+        if self._psnr_samples:
+            parts.append(f"{fmean(self._psnr_samples):.1f} dB train")
         if self._gaussians:
             parts.append(f"{self._gaussians:,} Gaussians")
         if self._byte_count:

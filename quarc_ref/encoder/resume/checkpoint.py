@@ -25,9 +25,9 @@ _SAVE_INTERVAL_SECONDS = 60.0
 _SUFFIX = ".training"
 
 
-def checkpoint_path(stream: Path) -> Path:
+def checkpoint_path(stream_path: Path) -> Path:
     """Return the path of the checkpoint of a stream, in the same folder."""
-    return stream.with_name(stream.name + _SUFFIX)
+    return stream_path.with_name(stream_path.name + _SUFFIX)
 
 
 def remove_checkpoint(path: Path) -> None:

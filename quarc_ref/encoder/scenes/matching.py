@@ -77,8 +77,8 @@ def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
     labels = labels.reshape(-1)
     previous_count = len(previous.positions)
     unique_rows = [
-        np.flatnonzero(np.bincount(part, minlength=counts.size)[part] == 1)
-        for part in (labels[:previous_count], labels[previous_count:])
+        np.flatnonzero(np.bincount(frame_labels, minlength=counts.size)[frame_labels] == 1)
+        for frame_labels in (labels[:previous_count], labels[previous_count:])
     ]
     _, first, second = np.intersect1d(
         labels[:previous_count][unique_rows[0]],
@@ -134,10 +134,10 @@ def _match_gap(
     count = min(first.size, second.size)
     first, second = first[:count], second[:count]
     if first_range[1] - first_range[0] == second_range[1] - second_range[0]:
-        is_same = _is_plausible(previous, first, current, second)
+        is_kept = _is_plausible(previous, first, current, second)
     else:
-        is_same = np.logical_and.accumulate(_is_plausible(previous, first, current, second))
-    return first[is_same], second[is_same]
+        is_kept = np.logical_and.accumulate(_is_plausible(previous, first, current, second))
+    return first[is_kept], second[is_kept]
 
 
 def _is_plausible(previous: Splats, first_rows: Int64, current: Splats, second_rows: Int64) -> Bits:

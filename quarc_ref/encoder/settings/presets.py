@@ -169,20 +169,21 @@ def list_settings(config: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:  
             yield path, value
 
 
-def _replace_setting(node: Any, names: list[str], path: str, text: str) -> Any:  # noqa: ANN401
+def _replace_setting(settings: Any, names: list[str], path: str, text: str) -> Any:  # noqa: ANN401
     name, *remaining_names = names
     if remaining_names:
         return replace(
-            node, **{name: _replace_setting(getattr(node, name), remaining_names, path, text)}
+            settings,
+            **{name: _replace_setting(getattr(settings, name), remaining_names, path, text)},
         )
-    type_hint = get_type_hints(type(node), include_extras=True)[name]
+    type_hint = get_type_hints(type(settings), include_extras=True)[name]
     try:
         value = _parse_value(type_hint, text)
     except (KeyError, ValueError) as error:
         message = f"{path} takes {describe_values(type_hint)}, not {text!r}"
         raise SettingError(message) from error
     try:
-        return replace(node, **{name: value})
+        return replace(settings, **{name: value})
     except ValueError as error:
         message = f"{path}={text}: {error}"
         raise SettingError(message) from error

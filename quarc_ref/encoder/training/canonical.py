@@ -182,8 +182,8 @@ class _Training:
         if objective.should_decay_opacity(step):
             trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
         self._statistics.add(gradient, rendering, context.camera(view))
-        frame_and_step = (0, step + 1, settings.iterations)
-        context.report_step("canonical", frame_and_step, view, trainer.count, rendering.image, loss)
+        step_numbers = (0, step + 1, settings.iterations)
+        context.report_step("canonical", step_numbers, view, trainer.count, rendering.image, loss)
 
 
 @contextmanager

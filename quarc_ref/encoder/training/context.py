@@ -81,7 +81,7 @@ class TrainingContext:
     def report_step(  # noqa: PLR0913, a training step has six properties
         self,
         stage: str,
-        frame_and_step: tuple[int, int, int],
+        step_numbers: tuple[int, int, int],
         view: int,
         gaussian_count: int,
         image: Tensor,
@@ -91,14 +91,14 @@ class TrainingContext:
 
         Args:
             stage: Name of the stage, as in `TrainingStep`.
-            frame_and_step: Index of the frame, index of the step (from 1), and number of steps of
+            step_numbers: Index of the frame, index of the step (from 1), and number of steps of
                 the stage.
             view: Index of the rendered view.
             gaussian_count: Number of rendered Gaussians.
             image: `[H, W, 3]` rendering.
             loss: Loss, a scalar tensor.
         """
-        frame, step, step_count = frame_and_step
+        frame, step, step_count = step_numbers
 
         def get_truth() -> Tensor:
             return self.truth(view, frame)

@@ -46,7 +46,9 @@ class ScreenStatistics:
         self._view_counts += is_visible
         self._radii = torch.maximum(self._radii, rendering.radii)
 
-    def add_last(self, gradient: Tensor, rendering: Rendering, camera: Camera) -> None:
+    def add_for_last_gaussians(
+        self, gradient: Tensor, rendering: Rendering, camera: Camera
+    ) -> None:
         """Add a rendered view in which these Gaussians come after all other Gaussians."""
         count = self._sums.numel()
         new_rendering = Rendering(

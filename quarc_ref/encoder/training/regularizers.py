@@ -33,9 +33,11 @@ def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
     count = attributes.means.shape[0]
     rotation_nats = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
     sh_rest_nats = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
-    spread_nats = _spread_nats(attributes.log_scales, header.log_scale_step)
-    spread_nats = spread_nats + _spread_nats(attributes.sh_dc.flatten(1), header.sh_dc_step)
-    return rotation_nats + sh_rest_nats + spread_nats
+    deviation_nats = _deviation_nats(attributes.log_scales, header.log_scale_step)
+    deviation_nats = deviation_nats + _deviation_nats(
+        attributes.sh_dc.flatten(1), header.sh_dc_step
+    )
+    return rotation_nats + sh_rest_nats + deviation_nats
 
 
 def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:
@@ -48,7 +50,7 @@ def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:
     return torch.log1p(codes).sum(dim=1) - torch.log1p(codes.amax(dim=1))
 
 
-def _spread_nats(values: Tensor, step: float) -> Tensor:
+def _deviation_nats(values: Tensor, step: float) -> Tensor:
     """Return the sum of ln(1 + mean absolute deviation in steps) over the columns of `[N, c]`."""
     deviation = (values - values.mean(dim=0)).abs().mean(dim=0)
     return torch.log1p(deviation / step).sum()

@@ -77,7 +77,7 @@ def test_missing_gaussians_gain_most_and_wrong_ones_less_than_nothing(objective)
 def test_the_gain_of_a_newborn_is_close_to_the_decrease_of_the_loss(objective):
     red = _make_blobs().rows(torch.tensor([0]))
 
-    decrease = objective.mean_loss_without() - objective.mean_loss(red)
+    decrease = objective.mean_loss_without_births() - objective.mean_loss(red)
     assert float(estimate_gains(objective, red)) == pytest.approx(decrease, rel=0.5)
 
 
@@ -110,7 +110,7 @@ def test_gains_are_compared_with_the_bytes_of_the_section(objective):
     red = _make_blobs().rows(torch.tensor([0, 2]))
     births = select_births(objective, red, _PARENTS[[0, 2]], _cost(objective, 0.0))
     assert births is not None
-    gain = objective.mean_loss_without() - objective.mean_loss(red)
+    gain = objective.mean_loss_without_births() - objective.mean_loss(red)
     break_even_weight = gain / _count_bytes(objective, births)
 
     first = torch.tensor([0])

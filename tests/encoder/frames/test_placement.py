@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.encoder.frames.placement import filter_maximum, find_nearest, place_on_errors
+from quarc_ref.encoder.frames.placement import filter_maximum, find_nearest, place_at_errors
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import from_splats
@@ -51,7 +51,7 @@ def context(monkeypatch):
 def test_births_start_at_wrong_pixels_with_the_color_of_the_truth(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    new_attributes, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
+    new_attributes, parents = place_at_errors(context, scene, frame=1, settings=_SETTINGS)
 
     colors = 0.5 + _SH_C0 * new_attributes.sh_dc[:, 0].numpy()
     is_red = colors[:, 0] > colors[:, 1:].max(axis=1) + 0.25
@@ -68,7 +68,7 @@ def test_births_start_at_wrong_pixels_with_the_color_of_the_truth(context):
 def test_births_lie_on_the_visible_surface(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    new_attributes, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
+    new_attributes, _ = place_at_errors(context, scene, frame=1, settings=_SETTINGS)
 
     depths = new_attributes.means[:, 2].numpy()
     assert depths.min() > -0.8
@@ -78,8 +78,8 @@ def test_births_lie_on_the_visible_surface(context):
 def test_the_worst_pixels_come_first_up_to_the_limit(context):
     scene = FixedScene(context, from_splats(make_splats(0), _CPU))
 
-    many, _ = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
-    few, _ = place_on_errors(context, scene, frame=1, settings=replace(_SETTINGS, max_births=4))
+    many, _ = place_at_errors(context, scene, frame=1, settings=_SETTINGS)
+    few, _ = place_at_errors(context, scene, frame=1, settings=replace(_SETTINGS, max_births=4))
 
     assert torch.equal(few.means, many.means[:4])
 
@@ -87,7 +87,7 @@ def test_the_worst_pixels_come_first_up_to_the_limit(context):
 def test_a_correct_picture_gets_no_births(context):
     scene = FixedScene(context, from_splats(_add_red_blob(make_splats(0)), _CPU))
 
-    _, parents = place_on_errors(context, scene, frame=1, settings=_SETTINGS)
+    _, parents = place_at_errors(context, scene, frame=1, settings=_SETTINGS)
 
     assert parents.numel() == 0
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_lambda, control_rate
+from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor, control_rate
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 
 sizes_so_far = st.lists(st.integers(0, 1 << 30), max_size=60)
@@ -55,28 +55,28 @@ def test_the_first_frame_uses_the_lambda_of_the_settings(target):
 
 @pytest.mark.parametrize("name", PRESETS)
 def test_without_a_target_sizes_are_ignored(name):
-    assert choose_lambda(choose_preset(name), [1, 1 << 20]) == 1
+    assert choose_rd_factor(choose_preset(name), [1, 1 << 20]) == 1
 
 
 def test_lambda_is_a_factor_as_is_the_rate_control():
     config = change_setting(choose_preset("main"), "rd_lambda", "3")
-    assert choose_lambda(config, []) == 3
+    assert choose_rd_factor(config, []) == 3
 
     config = change_setting(config, "target_kb_per_frame", "2")
-    assert choose_lambda(config, [4096] * 3) == 3 * control_rate([4096] * 3, 2048)
+    assert choose_rd_factor(config, [4096] * 3) == 3 * control_rate([4096] * 3, 2048)
 
 
 @pytest.mark.parametrize(("quality", "factor"), [("50", 1), ("30", 2), ("90", 0.25), ("10", 4)])
 def test_increasing_quality_by_twenty_halves_lambda(quality, factor):
     config = change_setting(choose_preset("main"), "quality", quality)
 
-    assert choose_lambda(config, []) == pytest.approx(factor)
+    assert choose_rd_factor(config, []) == pytest.approx(factor)
 
 
 def test_too_large_frames_raise_lambda_for_the_next_one():
     config = change_setting(choose_preset("main"), "target_kb_per_frame", "2")
 
-    assert choose_lambda(config, [4096] * 3) > 1 > choose_lambda(config, [1024] * 3)
+    assert choose_rd_factor(config, [4096] * 3) > 1 > choose_rd_factor(config, [1024] * 3)
 
 
 def test_weights_are_relative_to_the_loss_of_frame_0_or_absolute():
