@@ -26,7 +26,7 @@ from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
-from quarc_ref.evaluation.protocol import describe_protocol
+from quarc_ref.evaluation.protocol import make_protocol
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -156,7 +156,7 @@ def _compose_row(
 ) -> Row:
     """Return the row of a trial from its measurements."""
     seed = task.trial.config.seed
-    protocol = describe_protocol(
+    protocol = make_protocol(
         capture, capture.cameras, len(frames), seed, capture.fingerprint
     ).as_json()
     metrics = {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT, "psnr_moving": MOVING_VARIANT}

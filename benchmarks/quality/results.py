@@ -7,7 +7,7 @@ from pathlib import Path
 from atomic_files import write_atomically
 from quality.groups import COLUMN_NAMES, COLUMNS, Group
 from quality.spreads import Spread
-from quarc_ref.evaluation.plots import plot_spreads
+from quarc_ref.evaluation.plots import plot_number_groups
 from rate.tables import format_csv, format_table
 
 RESULTS_FILE = "quality.json"
@@ -128,4 +128,4 @@ def _plot_groups(groups: Sequence[Group]) -> bytes:
         }
         if any(values.values()):
             panels[heading] = values
-    return plot_spreads(panels)
+    return plot_number_groups(panels)

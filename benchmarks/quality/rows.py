@@ -14,7 +14,7 @@ from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.evaluation.protocol import describe_protocol
+from quarc_ref.evaluation.protocol import make_protocol
 from studies import ProgressLines, Row, average_stage_seconds, load_row, save_row
 
 
@@ -96,7 +96,7 @@ def make_row(task: Task) -> None:
         "seconds_frame": seconds["frame"] if task.frames > 1 else None,
     }
     seed, fingerprint = task.config.seed, capture.fingerprint
-    protocol = describe_protocol(capture, capture.cameras, task.frames, seed, fingerprint)
+    protocol = make_protocol(capture, capture.cameras, task.frames, seed, fingerprint)
     row = {
         "name": task.name,
         "capture": task.capture,

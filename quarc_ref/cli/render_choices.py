@@ -39,13 +39,13 @@ def choose_camera(
         UsageError: The stream has no camera with this name, or the picture size is not supported.
     """
     from quarc_ref.datasets.calibration import require_picture_size, require_video_size
-    from quarc_ref.viewing.outline import find_camera, fit_height, resize_camera
+    from quarc_ref.viewing.outline import compute_scaled_height, find_camera, resize_camera
 
     require_size = require_video_size if output_kind in ("mp4", "webm") else require_picture_size
     try:
         camera = find_camera(outline.cameras, name)
         requested_width = width or camera.width
-        require_size(requested_width, fit_height(camera, requested_width))
+        require_size(requested_width, compute_scaled_height(camera, requested_width))
     except ValueError as error:
         raise UsageError(str(error)) from error
     return resize_camera(camera, width) if width else camera

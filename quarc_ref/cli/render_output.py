@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Image
     from quarc_ref.datasets.video_writer import VideoFormat
     from quarc_ref.rendering.pipeline_data import Float32
-    from quarc_ref.viewing.paths.pose import Shot
+    from quarc_ref.viewing.paths.pose import PlannedPicture
 
 OutputKind = Literal["mp4", "webm", "png", "npz"]
 VideoContainer = Literal["mp4", "webm"]
@@ -75,7 +75,7 @@ def write_pictures(
 
 
 def write_depths(
-    rendered_shots: "Iterator[tuple[Shot, tuple[Float32, Float32]]]",
+    rendered_pictures: "Iterator[tuple[PlannedPicture, tuple[Float32, Float32]]]",
     output: Path,
     kind: OutputKind,
     *,
@@ -84,8 +84,8 @@ def write_depths(
     """Write depth as 16-bit PNG files or NumPy archives, and `depth.json`, which describes them.
 
     Args:
-        rendered_shots: Shots in order, each with its depth `[H, W]` in world units and its opacity
-            `[H, W]`.
+        rendered_pictures: Planned pictures in order, each with its depth `[H, W]` in world units
+            and its opacity `[H, W]`.
         output: Path of the folder.
         kind: `png` or `npz`.
         force: Whether to replace a folder that quarc-ref created.
@@ -95,7 +95,7 @@ def write_depths(
 
     files: list[dict[str, object]] = []
     with written_folder(output, force=force) as target:
-        for number, (shot, (depth, opacity)) in enumerate(rendered_shots):
+        for number, (planned, (depth, opacity)) in enumerate(rendered_pictures):
             name = f"depth_{number:04}.{kind}"
             scale_entry: dict[str, object] = {}
             if kind == "npz":
@@ -105,7 +105,12 @@ def write_depths(
                 data = build_depth_png(levels)
             target.write(name, data)
             files.append(
-                {"file": name, "frame": shot.frame, **scale_entry, "camera": _describe_camera(shot)}
+                {
+                    "file": name,
+                    "frame": planned.frame,
+                    **scale_entry,
+                    "camera": _describe_camera(planned),
+                }
             )
         sidecar = {"schema": f"quarc-ref/{_SIDECAR_SCHEMA}", "files": files}
         target.write(_SIDECAR_NAME, (json.dumps(sidecar, indent=2) + "\n").encode())
@@ -121,8 +126,8 @@ def _build_archive(depth: "Float32", opacity: "Float32") -> bytes:
     return buffer.getvalue()
 
 
-def _describe_camera(shot: "Shot") -> dict[str, Any]:
-    camera = shot.camera
+def _describe_camera(planned: "PlannedPicture") -> dict[str, Any]:
+    camera = planned.camera
     return {
         "name": camera.name,
         "width": camera.width,

@@ -2,7 +2,11 @@
 
 import numpy as np
 
-from quarc_ref.evaluation.color_correction import CC_VARIANT, COLOR_CORRECTION, Correction
+from quarc_ref.evaluation.color_correction import (
+    COLOR_CORRECTION,
+    COLOR_CORRECTION_VARIANT,
+    Correction,
+)
 from quarc_ref.evaluation.metrics import (
     MASK_VARIANT,
     PSNR_VARIANT,
@@ -25,7 +29,7 @@ FLICKER_VARIANT = (
 VARIANTS = {
     "psnr": PSNR_VARIANT,
     "ssim": SSIM_VARIANT,
-    "cc": CC_VARIANT,
+    "cc": COLOR_CORRECTION_VARIANT,
     "moving": MOVING_VARIANT,
     "flicker": FLICKER_VARIANT,
     "mask": MASK_VARIANT,

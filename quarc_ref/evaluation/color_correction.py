@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.evaluation.metrics import Picture
 
-CC_VARIANT = (
+COLOR_CORRECTION_VARIANT = (
     "cc_*: measured after color correction, which fits the clamped rendering to the truth by "
     "least squares with one 3 x 4 affine RGB matrix per picture, and clamps the result"
 )
@@ -53,8 +53,10 @@ def correct_gain(picture: Picture, truth: Picture) -> Picture:
         truth: `[H, W, 3]` ground truth from 0 to 1.
     """
     colors, target = (image.reshape(-1, 3).astype(np.float64) for image in (picture, truth))
-    energy = np.square(colors).sum(axis=0)
-    gains = np.divide((colors * target).sum(axis=0), energy, out=np.ones(3), where=energy > 0)
+    squared_sums = np.square(colors).sum(axis=0)
+    gains = np.divide(
+        (colors * target).sum(axis=0), squared_sums, out=np.ones(3), where=squared_sums > 0
+    )
     return _clamp(colors * gains, picture)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.evaluation.protocol import Protocol, describe_protocol
+from quarc_ref.evaluation.protocol import Protocol, make_protocol
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.evaluation.views import View
@@ -23,13 +23,13 @@ class EvaluationOptions:
     Attributes:
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         lpips: LPIPS metric; None to omit it.
-        other_capture: Whether to accept a stream of another capture with the same cameras
+        accept_other_capture: Whether to accept a stream of another capture with the same cameras
             and sizes. A stream without a fingerprint is always accepted.
     """
 
     span: tuple[int, int | None] = (0, None)
     lpips: Lpips | None = None
-    other_capture: bool = False
+    accept_other_capture: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,7 +73,7 @@ def evaluate_stream(
         CaptureError: The capture cannot be read.
     """
     summary = inspect_stream(data, on_progress)
-    capture = open_same_capture(summary, folder, other_capture=options.other_capture)
+    capture = open_same_capture(summary, folder, accept_other_capture=options.accept_other_capture)
     frames = _list_frames(summary, options.span)
     frame_count = len(frames)
     group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
@@ -85,7 +85,7 @@ def evaluate_stream(
         on_progress("evaluate", index + 1, frame_count)
     encoded_from = summary.metadata.get("fingerprint")
     protocol = replace(
-        describe_protocol(capture, summary.cameras, frame_count, summary.header.seed, encoded_from),
+        make_protocol(capture, summary.cameras, frame_count, summary.header.seed, encoded_from),
         metrics=group.variants,
     )
     return Evaluation(summary, group.quality, frames, tuple(shown_views), protocol)

@@ -112,7 +112,7 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
     return _encode_png(figure)
 
 
-def plot_spreads(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
+def plot_number_groups(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> bytes:
     """Return a PNG plot with a dot for each number and a bar for the mean of each group.
 
     Args:

@@ -85,7 +85,7 @@ class Protocol:
         }
 
 
-def describe_protocol(
+def make_protocol(
     capture: Capture, cameras: Sequence[Camera], frames: int, seed: int, encoded_from: str | None
 ) -> Protocol:
     """Return the conditions of a measurement.

@@ -74,7 +74,7 @@ class Quality:
             [
                 name,
                 *(
-                    _format(metrics[metric], format_spec)
+                    _format_metric(metrics[metric], format_spec)
                     for _, metric, format_spec in COLUMNS
                     if metric in metrics
                 ),
@@ -112,5 +112,5 @@ def average(measures: Iterable[Measures]) -> Measures:
     return {name: fmean(values) if values else None for name, values in values_by_name.items()}
 
 
-def _format(value: float | None, format_spec: str) -> str:
+def _format_metric(value: float | None, format_spec: str) -> str:
     return _MISSING if value is None else format(value, format_spec)

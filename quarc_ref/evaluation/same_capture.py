@@ -36,14 +36,14 @@ class OtherCaptureError(MismatchError):
 
 
 def open_same_capture(
-    summary: StreamSummary, folder: Path, *, other_capture: bool = False
+    summary: StreamSummary, folder: Path, *, accept_other_capture: bool = False
 ) -> Capture:
     """Open a stream's capture; use the picture size and the held-out cameras of the stream.
 
     Args:
         summary: Summary of the stream.
         folder: Folder of the capture.
-        other_capture: Whether to accept another capture with the same cameras and sizes.
+        accept_other_capture: Whether to accept another capture with the same cameras and sizes.
 
     Raises:
         OtherCaptureError: The stream was encoded from another capture.
@@ -72,7 +72,7 @@ def open_same_capture(
         )
         raise MismatchError(message)
     encoded_from = summary.metadata.get("fingerprint", capture.fingerprint)
-    if encoded_from != capture.fingerprint and not other_capture:
+    if encoded_from != capture.fingerprint and not accept_other_capture:
         raise OtherCaptureError(capture.fingerprint, encoded_from)
     return capture
 

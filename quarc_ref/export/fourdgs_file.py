@@ -120,7 +120,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
         ValueError: The file is not a `.4dgs` file, or has too many frames.
         ImportError: The library fourdgs is not installed.
     """
-    with _converting_errors():
+    with _convert_errors():
         duration, frame_rate, sample_at = _open_file(data)
     frame_rate = frames_per_second or frame_rate
     count = round(duration * frame_rate)
@@ -130,7 +130,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
     def read() -> Iterator[tuple[Splats, Int64]]:
         for index in range(count):
-            with _converting_errors():
+            with _convert_errors():
                 frame = sample_at((index + 0.5) / frame_rate)
             yield frame
 
@@ -138,7 +138,7 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
 
 
 @contextmanager
-def _converting_errors() -> Iterator[None]:
+def _convert_errors() -> Iterator[None]:
     """Convert errors of the library to ValueError."""
     from fourdgs.exceptions import FourdgsError
 

@@ -88,7 +88,7 @@ class _Module(Protocol):
     SequenceExporter: "Callable[[Clip], FrameSequence]"
 
 
-_ROWS = (
+_FORMATS = (
     ExportFormat("ply", "3DGS PLY", "gaussian_ply"),
     ExportFormat("npz", "NumPy arrays, including the integer state", "arrays_npz"),
     ExportFormat("spz", "SPZ 3 of Niantic", "spz", package="gaussforge", extra="export"),
@@ -100,4 +100,4 @@ _ROWS = (
     ExportFormat("4dgs", "4dgs keyframes and deltas", "fourdgs_file", True, "fourdgs", "export"),
     ExportFormat("rrd", "rerun recording", "rerun_recording", True, "rerun", "rerun"),
 )
-EXPORT_FORMATS = {row.suffix: row for row in _ROWS}
+EXPORT_FORMATS = {row.suffix: row for row in _FORMATS}

@@ -69,8 +69,8 @@ def rotate_sh(matrix: NDArray[np.float64], sh: Float32) -> Float32:
     """Rotate SH `[N, k, 3]` of degree 0 or 1 by a matrix `[3, 3]` (SPEC Annex C.2)."""
     rotated = sh.copy()
     if sh.shape[1] > 1:
-        gradient = np.stack([-sh[:, 3], -sh[:, 1], sh[:, 2]])
-        x, y, z = np.tensordot(matrix, gradient, axes=1)
+        degree_1_vectors = np.stack([-sh[:, 3], -sh[:, 1], sh[:, 2]])
+        x, y, z = np.tensordot(matrix, degree_1_vectors, axes=1)
         rotated[:, 1], rotated[:, 2], rotated[:, 3] = -y, z, -x
     return rotated
 

@@ -32,7 +32,7 @@ _P0 = np.float32(0.9999998807907104)
 
 
 @inlined_kernel
-def _falloff(s):
+def _compute_falloff(s):
     square = s * s
     p = ((_P5 * s + _P4) * square + (_P3 * s + _P2)) * square + (_P1 * s + _P0)
     p = p * p
@@ -47,7 +47,7 @@ def compute_blend(s, opacity, t):
     The transmittance t of a pixel that becomes opaque keeps its absolute value, but its sign
     becomes negative.
     """
-    alpha = min(MAX_ALPHA, opacity * _falloff(s))
+    alpha = min(MAX_ALPHA, opacity * _compute_falloff(s))
     is_drawn = (alpha >= MIN_ALPHA) & (s >= _0) & (s <= _MAX_EXPONENT)
     w = alpha * t
     new_t = t - w

@@ -67,9 +67,9 @@ def _paint_rug(colors, phase, x, z, r):
 @kernel
 def _paint_track(colors, x, z, track_distance):
     """Return the color of a railroad track: two rails, and ties on a pale band."""
-    sleeper_position = 40 * (math.atan2(z, x) / (2 * math.pi) + 1)
-    sleeper = ramp(abs(sleeper_position - math.floor(sleeper_position) - 0.5), 0.2, 0.28)
-    ground = blend(shade(colors[1], 0.45), (0.62, 0.60, 0.55), sleeper)
+    tie_position = 40 * (math.atan2(z, x) / (2 * math.pi) + 1)
+    tie = ramp(abs(tie_position - math.floor(tie_position) - 0.5), 0.2, 0.28)
+    ground = blend(shade(colors[1], 0.45), (0.62, 0.60, 0.55), tie)
     rail = 1 - ramp(abs(track_distance - 0.095), 0.014, 0.026)
     return blend(ground, (0.20, 0.21, 0.24), rail)
 

@@ -18,7 +18,7 @@ PLAIN = 0
 WOOD = 1
 STRIPES = 2
 CHECKS = 3
-GORES = 4
+BEACH_BALL = 4
 CRATE = 5
 BLOCK = 6
 DOTS = 7
@@ -62,8 +62,8 @@ def evaluate_paint(paints, index, spot):
         return _paint_stripes(paint, spot)
     if pattern == CHECKS:
         return _paint_checks(paint, spot)
-    if pattern == GORES:
-        return _paint_gores(paint, spot)
+    if pattern == BEACH_BALL:
+        return _paint_beach_ball(paint, spot)
     if pattern == CRATE:
         return _paint_crate(paint, spot)
     if pattern == BLOCK:
@@ -149,16 +149,16 @@ def _paint_checks(paint, spot):
 
 
 @kernel
-def _paint_gores(paint, spot):
+def _paint_beach_ball(paint, spot):
     """Return the color of a beach ball: six segments, three of them colored, and two caps."""
     first, second, third, _, _ = paint
     if abs(spot[4]) > 0.94:
         return first
     angle_in_turns = (math.atan2(spot[5], spot[3]) / (2 * math.pi) + paint[4]) % 1.0
-    gore = int(6 * angle_in_turns) % 6
-    if gore % 2:
+    segment = int(6 * angle_in_turns) % 6
+    if segment % 2:
         return 0.9, 0.9, 0.88
-    return first if gore == 0 else (second if gore == 2 else third)
+    return first if segment == 0 else (second if segment == 2 else third)
 
 
 @kernel

@@ -55,7 +55,7 @@ def make_ball(time: float, phase: float, palette: Palette) -> list[Solid]:
     )
     pose = pose @ rotate_x(0.9 + 0.7 * time) @ rotate_z(0.4)
     first, second, third = palette.toy_colors[0], palette.toy_colors[2], palette.toy_colors[4]
-    paint = Paint(patterns.GORES, first, second, third, phase=phase, gloss=0.3)
+    paint = Paint(patterns.BEACH_BALL, first, second, third, phase=phase, gloss=0.3)
     return [ball(pose, _BALL_RADIUS, paint)]
 
 

@@ -14,7 +14,7 @@ from quarc_ref.decoder import Scene, Splats, dequantize
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_bands
 from quarc_ref.streams import Source, decode
-from quarc_ref.viewing.paths.pose import Shot
+from quarc_ref.viewing.paths.pose import PlannedPicture
 
 Rendering = TypeVar("Rendering")
 
@@ -41,34 +41,34 @@ def draw_frames(
         yield scene.frame, draw_picture(dequantize(scene), camera)
 
 
-def draw_shots(
+def draw_planned_pictures(
     source: Source,
-    shots: Sequence[Shot],
+    planned_pictures: Sequence[PlannedPicture],
     draw: Callable[[Splats, Camera], Rendering],
     stop: int | None = None,
 ) -> Iterator[Rendering]:
-    """Render shots.
+    """Render planned pictures.
 
     Args:
-        source: A stream with the frames of all shots.
-        shots: Shots in playback order, at least one.
+        source: A stream with the frames of all planned pictures.
+        planned_pictures: Pictures to render, in playback order; at least one.
         draw: Function that renders a frame for a camera.
-        stop: Ordinal after the last frame to decode; it may be after the last shot. None to
-            decode to the end.
+        stop: Ordinal after the last frame to decode; it may be after the frame of the last
+            planned picture. None to decode to the end of the stream.
 
     Yields:
-        The result of `draw` for each shot.
+        The result of `draw` for each planned picture.
 
     Raises:
         BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
-    scenes = decode(source, shots[0].frame, stop)
+    scenes = decode(source, planned_pictures[0].frame, stop)
     scene: Scene | None = None
-    for shot in shots:
-        while scene is None or scene.frame < shot.frame:
+    for planned in planned_pictures:
+        while scene is None or scene.frame < planned.frame:
             scene = next(scenes)
-        yield draw(dequantize(scene), shot.camera)
+        yield draw(dequantize(scene), planned.camera)
     next(scenes, None)
 
 

@@ -38,13 +38,13 @@ class Outline:
     chunks: tuple[ChunkHeader, ...]
 
     @property
-    def stop(self) -> int:
+    def end_frame(self) -> int:
         """Ordinal after the last frame."""
         return self.first_frame + len(self.chunks)
 
     def count_frames(self, start: int, stop: int | None) -> int:
         """Return the number of frames in the stream from `start` to `stop` - 1."""
-        end = self.stop if stop is None else min(stop, self.stop)
+        end = self.end_frame if stop is None else min(stop, self.end_frame)
         return max(0, end - max(start, self.first_frame))
 
 
@@ -110,7 +110,7 @@ def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:
     raise CameraChoiceError(message)
 
 
-def fit_height(camera: Camera, width: int) -> int:
+def compute_scaled_height(camera: Camera, width: int) -> int:
     """Return the height of a camera's pictures after they are scaled to a width.
 
     Args:
@@ -122,7 +122,7 @@ def fit_height(camera: Camera, width: int) -> int:
 
 def resize_camera(camera: Camera, width: int) -> Camera:
     """Return a camera whose pictures are scaled to a width."""
-    height = fit_height(camera, width)
+    height = compute_scaled_height(camera, width)
     scale_x, scale_y = width / camera.width, height / camera.height
     return replace(
         camera,

@@ -4,7 +4,7 @@ from quarc_ref.datasets.video_writer import build_jpeg
 from quarc_ref.format.cameras import Camera
 from quarc_ref.streams import Source
 from quarc_ref.viewing.draw_frames import draw_frames
-from quarc_ref.viewing.outline import fit_height, resize_camera
+from quarc_ref.viewing.outline import compute_scaled_height, resize_camera
 
 _MAX_SIDE = 960  # pixels
 
@@ -23,7 +23,7 @@ def draw_poster(source: Source, camera: Camera) -> bytes | None:
         BitstreamError: The stream is invalid at or before its first frame.
     """
     width = min(camera.width, _MAX_SIDE, max(1, camera.width * _MAX_SIDE // camera.height))
-    if fit_height(camera, width) > _MAX_SIDE:
+    if compute_scaled_height(camera, width) > _MAX_SIDE:
         return None
     _, picture = next(draw_frames(source, resize_camera(camera, width)))
     return build_jpeg(picture)

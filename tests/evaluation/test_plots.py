@@ -13,7 +13,7 @@ from quarc_ref.evaluation.plots import (
     encode_picture,
     plot_bytes_by_kind,
     plot_frames,
-    plot_spreads,
+    plot_number_groups,
 )
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.small_streams import make_stream
@@ -70,5 +70,5 @@ def test_the_scatter_of_seeds_is_shown_even_if_a_group_has_no_number():
     panels = {"dB": {"a": [30.0, 31.0], "b": [29.0]}, "moving": {"a": [20.0, 20.5], "b": []}}
     wider = {"dB": {"a": [28.0, 33.0], "b": [29.0]}, "moving": panels["moving"]}
 
-    assert _read_png(plot_spreads(panels)).shape[1] == 880
-    assert plot_spreads(panels) != plot_spreads(wider)
+    assert _read_png(plot_number_groups(panels)).shape[1] == 880
+    assert plot_number_groups(panels) != plot_number_groups(wider)

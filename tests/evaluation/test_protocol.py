@@ -4,7 +4,7 @@ from importlib.metadata import version
 import pytest
 
 from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
-from quarc_ref.evaluation.protocol import describe_protocol
+from quarc_ref.evaluation.protocol import make_protocol
 from quarc_ref.evaluation.report import write_report
 from quarc_ref.evaluation.same_capture import OtherCaptureError
 from quarc_ref.files import written_folder
@@ -53,7 +53,7 @@ def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture
     with pytest.raises(OtherCaptureError, match="another capture") as rejected:
         evaluate_stream(data, folder, ignore_progress)
     measured = evaluate_stream(
-        data, folder, ignore_progress, EvaluationOptions(other_capture=True)
+        data, folder, ignore_progress, EvaluationOptions(accept_other_capture=True)
     ).protocol
 
     assert (rejected.value.fingerprint, rejected.value.encoded_from) == (
@@ -65,7 +65,7 @@ def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture
 
 
 def test_a_stream_that_names_no_capture_is_reported(capture):
-    protocol = describe_protocol(capture, capture.cameras, 4, 0, None)
+    protocol = make_protocol(capture, capture.cameras, 4, 0, None)
 
     assert protocol.as_texts()["encoded from"] == "unknown: the stream has no fingerprint"
     assert protocol.same_capture is None

@@ -11,8 +11,8 @@ from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.stream_writer import StreamWriter
 from quarc_ref.viewing.outline import (
     CameraChoiceError,
+    compute_scaled_height,
     find_camera,
-    fit_height,
     outline_stream,
     read_cameras,
     resize_camera,
@@ -34,7 +34,7 @@ def test_the_frames_are_those_of_the_stream(data):
     assert outline.header == make_stream()[1][0].scene.header
     kinds = [chunk.kind for chunk in outline.chunks]
     assert kinds == [b"CANO", b"FRAM", b"FRAM", b"CANO", b"FRAM"]
-    assert (outline.first_frame, outline.stop) == (0, 5)
+    assert (outline.first_frame, outline.end_frame) == (0, 5)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_a_part_of_a_stream_keeps_its_ordinals(data):
     part = rebuild_stream((chunk.kind, chunk.payload) for chunk in (head, came, *later))
     outline = outline_stream(BytesSource(part))
 
-    assert (outline.first_frame, outline.stop) == (3, 5)
+    assert (outline.first_frame, outline.end_frame) == (3, 5)
     assert outline.count_frames(0, 4) == 1
 
 
@@ -102,8 +102,8 @@ def test_an_unknown_camera_is_rejected_with_the_known_ones():
 
 
 def test_the_height_follows_from_the_width():
-    assert fit_height(CAMERA, 1) == 1
-    assert fit_height(CAMERA, 10**400) == 3 * 10**400 // 4
+    assert compute_scaled_height(CAMERA, 1) == 1
+    assert compute_scaled_height(CAMERA, 10**400) == 3 * 10**400 // 4
 
 
 @pytest.mark.parametrize("width", [1, 33, 64, 200])

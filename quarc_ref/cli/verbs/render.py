@@ -23,7 +23,7 @@ from quarc_ref.inspection.wording import count_noun
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
     from quarc_ref.viewing.outline import Outline
-    from quarc_ref.viewing.paths.pose import Shot
+    from quarc_ref.viewing.paths.pose import PlannedPicture
 
 _MAX_PIXELS = 6 << 20  # a 2.7K picture has 5.5 million; a malicious stream may declare any size
 
@@ -119,7 +119,7 @@ def render(
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.rendering.pictures import render_depth
         from quarc_ref.streams import open_source
-        from quarc_ref.viewing.draw_frames import draw_picture, draw_shots
+        from quarc_ref.viewing.draw_frames import draw_picture, draw_planned_pictures
         from quarc_ref.viewing.outline import outline_stream
 
         frame_range = parse_frames(frames)
@@ -129,24 +129,34 @@ def render(
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
             require_pixel_limit(render_camera, max_pixels)
-            shots = _choose_shots(outline, render_camera, frame_range, path, pictures)
+            planned_pictures = _choose_planned_pictures(
+                outline, render_camera, frame_range, path, pictures
+            )
             draw: Callable[..., Any] = render_depth if depth else draw_picture
-            stop = frame_range[1] if path is None else shots[-1].frame + 1
+            stop = frame_range[1] if path is None else planned_pictures[-1].frame + 1
             rendered: Iterator[Any] = _report_progress(
-                draw_shots(source, shots, draw, stop), progress, len(shots)
+                draw_planned_pictures(source, planned_pictures, draw, stop),
+                progress,
+                len(planned_pictures),
             )
             if depth:
-                result = write_depths(zip(shots, rendered, strict=True), output, kind, force=force)
+                result = write_depths(
+                    zip(planned_pictures, rendered, strict=True), output, kind, force=force
+                )
             elif kind == "mp4" or kind == "webm":
                 video_format = choose_video_format(
                     outline, render_camera, pixel_format or "yuv444p", kind
                 )
                 result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
-                numbers = (shot.frame for shot in shots) if path is None else range(len(shots))
+                numbers = (
+                    (planned.frame for planned in planned_pictures)
+                    if path is None
+                    else range(len(planned_pictures))
+                )
                 pairs = zip(numbers, rendered, strict=True)
                 result = write_pictures(pairs, output, force=force)
-        _print_result(output, shots, path, result, kind, as_json=as_json)
+        _print_result(output, planned_pictures, path, result, kind, as_json=as_json)
 
 
 def _reject_conflicts(
@@ -164,16 +174,16 @@ def _reject_conflicts(
             raise UsageError(message)
 
 
-def _choose_shots(
+def _choose_planned_pictures(
     outline: "Outline",
     camera: "Camera",
     frame_range: tuple[int, int | None],
     path: str | None,
     pictures: int | None,
-) -> "list[Shot]":
-    """Return the shots to render; raise UsageError if none of the requested frames exists."""
-    from quarc_ref.viewing.paths.pose import PathError, Shot
-    from quarc_ref.viewing.paths.shots import plan_shots
+) -> "list[PlannedPicture]":
+    """Return the pictures to render; raise UsageError if the requested frames do not exist."""
+    from quarc_ref.viewing.paths.plan_pictures import plan_pictures
+    from quarc_ref.viewing.paths.pose import PathError, PlannedPicture
 
     count = outline.count_frames(*frame_range)
     if not count:
@@ -184,9 +194,9 @@ def _choose_shots(
         raise UsageError(message)
     if path is None:
         first_frame = max(frame_range[0], outline.first_frame)
-        return [Shot(first_frame + index, camera) for index in range(count)]
+        return [PlannedPicture(first_frame + index, camera) for index in range(count)]
     try:
-        return plan_shots(outline, path, camera, frame_range, pictures)
+        return plan_pictures(outline, path, camera, frame_range, pictures)
     except PathError as error:
         message = f"--path: {error}"
         raise UsageError(message) from error
@@ -203,14 +213,14 @@ def _report_progress(
 
 def _print_result(
     output: Path,
-    shots: "list[Shot]",
+    planned_pictures: "list[PlannedPicture]",
     path: str | None,
     result: dict[str, object],
     kind: OutputKind,
     *,
     as_json: bool,
 ) -> None:
-    camera = shots[0].camera
+    camera = planned_pictures[0].camera
     if as_json:
         camera_values = {"camera": camera.name, "width": camera.width, "height": camera.height}
         print_json("render/2", {**result, "path": path, **camera_values})

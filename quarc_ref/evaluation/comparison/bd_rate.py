@@ -19,7 +19,7 @@ Curve = Sequence[tuple[float, float]]  # rate and quality of each operating poin
 
 
 @dataclass(frozen=True, slots=True)
-class Delta:
+class BjontegaardDeltas:
     """Bjontegaard deltas between a method and the reference method.
 
     Attributes:
@@ -34,7 +34,7 @@ class Delta:
     remark: str
 
 
-def compare_curves(reference: Curve, curve: Curve) -> Delta:
+def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
     """Compute the Bjontegaard deltas of a curve relative to a reference curve.
 
     Args:
@@ -49,9 +49,13 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
     for name, points in (("the reference", reference), ("the method", curve)):
         if len(points) < MIN_POINTS:
             point_count = f"{count_noun(len(points), 'point')} of known size"
-            return Delta(None, None, f"{name} has {point_count}; {MIN_POINTS} are needed")
+            return BjontegaardDeltas(
+                None, None, f"{name} has {point_count}; {MIN_POINTS} are needed"
+            )
         if not _is_monotonic(points):
-            return Delta(None, None, f"the quality of {name} does not increase with the rate")
+            return BjontegaardDeltas(
+                None, None, f"the quality of {name} does not increase with the rate"
+            )
     import bjontegaard
 
     reference_points, curve_points = sorted(reference), sorted(curve)
@@ -65,7 +69,7 @@ def compare_curves(reference: Curve, curve: Curve) -> Delta:
     remarks = dict.fromkeys(
         str(warning.message).partition(" You can")[0] for warning in caught_warnings
     )
-    return Delta(_finite_or_none(rate), _finite_or_none(quality), " ".join(remarks))
+    return BjontegaardDeltas(_finite_or_none(rate), _finite_or_none(quality), " ".join(remarks))
 
 
 def _is_monotonic(points: Curve) -> bool:

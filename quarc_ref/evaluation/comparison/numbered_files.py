@@ -6,7 +6,7 @@ from pathlib import Path
 
 from quarc_ref.evaluation.comparison.entries import EntryError
 
-_LAST_NUMBER = re.compile(r"(\d+)\D*\Z")
+_LAST_NUMBER_PATTERN = re.compile(r"(\d+)\D*\Z")
 _MAX_DIGITS = 18
 
 
@@ -41,5 +41,5 @@ def sort_by_frame_number(paths: Iterable[Path], folder: Path) -> dict[int, Path]
 
 def find_frame_number(stem: str) -> int | None:
     """Return the last number in a file name; None if the name contains no number."""
-    match = _LAST_NUMBER.search(stem)
+    match = _LAST_NUMBER_PATTERN.search(stem)
     return int(match[1]) if match and len(match[1]) <= _MAX_DIGITS else None

@@ -43,13 +43,13 @@ class ComparisonOptions:
         cameras: Names of the cameras to compare on; empty for the held-out cameras.
         downscale: Factor by which the capture's pictures are downscaled; ignored if a stream
             determines the size.
-        other_capture: Whether to accept streams that were encoded from another capture.
+        accept_other_capture: Whether to accept streams that were encoded from another capture.
     """
 
     capture: Path | None = None
     cameras: tuple[str, ...] = ()
     downscale: int = 1
-    other_capture: bool = False
+    accept_other_capture: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,7 +141,9 @@ def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> 
     if not streams:
         return open_capture(options.capture, CaptureOptions(downscale=options.downscale))
     captures = [
-        open_same_capture(stream.summary, options.capture, other_capture=options.other_capture)
+        open_same_capture(
+            stream.summary, options.capture, accept_other_capture=options.accept_other_capture
+        )
         for stream in streams
     ]
     return captures[0]
@@ -174,17 +176,17 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
 
 
 def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:
-    by_name = {camera.name: camera for camera in available_cameras}
-    unknown = [name for name in names if name not in by_name]
+    camera_by_name = {camera.name: camera for camera in available_cameras}
+    unknown = [name for name in names if name not in camera_by_name]
     if unknown:
-        message = f"there is no camera {unknown[0]}; the cameras are {', '.join(by_name)}"
+        message = f"there is no camera {unknown[0]}; the cameras are {', '.join(camera_by_name)}"
         raise EntryError(message)
     held_out = [camera.name for camera in available_cameras if camera.held_out]
-    chosen_names = list(names) or held_out or list(by_name)
+    chosen_names = list(names) or held_out or list(camera_by_name)
     if not chosen_names:
         message = "the streams have no cameras on which to compare them"
         raise EntryError(message)
-    return {name: by_name[name] for name in chosen_names}
+    return {name: camera_by_name[name] for name in chosen_names}
 
 
 def _find_frame_rate(streams: Sequence[OpenStream], capture: Capture | None) -> float:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from statistics import fmean, stdev
 
 from quarc_ref.evaluation.camera_meter import Measures
-from quarc_ref.evaluation.comparison.bd_rate import Curve, Delta, compare_curves
+from quarc_ref.evaluation.comparison.bd_rate import BjontegaardDeltas, Curve, compare_curves
 from quarc_ref.evaluation.comparison.entries import Label
 from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
 from quarc_ref.evaluation.quality import average
@@ -16,7 +16,7 @@ _MEGABIT = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class Statistics:
     """Mean and standard deviation of numbers.
 
     Attributes:
@@ -39,7 +39,7 @@ class PairedDifference:
         pair_count: Number of pairs.
     """
 
-    psnr: Spread
+    psnr: Statistics
     better_share: float
     pair_count: int
 
@@ -64,15 +64,15 @@ class OperatingPoint:
     label: Label
     kind: str
     runs: int
-    metrics: dict[str, Spread | None]
-    byte_count: Spread | None
-    kilobytes_per_frame: Spread | None
+    metrics: dict[str, Statistics | None]
+    byte_count: Statistics | None
+    kilobytes_per_frame: Statistics | None
     megabits_per_second: float | None
     paired_difference: PairedDifference | None
 
 
 @dataclass(frozen=True, slots=True)
-class MethodDelta:
+class MethodDeltas:
     """Bjontegaard deltas of a method against the reference method.
 
     Attributes:
@@ -82,8 +82,8 @@ class MethodDelta:
     """
 
     method: str
-    psnr: Delta
-    ssim: Delta
+    psnr: BjontegaardDeltas
+    ssim: BjontegaardDeltas
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,7 +100,7 @@ class Summary:
 
     points: list[OperatingPoint]
     reference: str | None
-    deltas: list[MethodDelta]
+    deltas: list[MethodDeltas]
 
 
 def summarize(comparison: Comparison) -> Summary:
@@ -114,7 +114,7 @@ def summarize(comparison: Comparison) -> Summary:
     counts = Counter(point.label.method for point in points)
     methods = list(counts)
     deltas = [
-        MethodDelta(
+        MethodDeltas(
             method,
             *(_compare_methods(points, methods[0], method, metric) for metric in ("psnr", "ssim")),
         )
@@ -144,27 +144,27 @@ def _make_point(
         for run, size in zip(runs, sizes, strict=True)
         if size is not None
     ]
-    rate = compute_optional_spread(kilobytes_per_frame)
+    rate = compute_statistics_or_none(kilobytes_per_frame)
     return OperatingPoint(
         label,
         runs[0].info.kind,
         len(runs),
-        {name: compute_optional_spread(_list_values(means, name)) for name in means[0]},
-        compute_optional_spread([size for size in sizes if size is not None]),
+        {name: compute_statistics_or_none(_list_values(means, name)) for name in means[0]},
+        compute_statistics_or_none([size for size in sizes if size is not None]),
         rate,
         None if rate is None else rate.mean * KILOBYTE * 8 * frames_per_second / _MEGABIT,
         None if reference_runs is None else compute_paired_difference(runs, reference_runs),
     )
 
 
-def compute_optional_spread(numbers: Sequence[float]) -> Spread | None:
+def compute_statistics_or_none(numbers: Sequence[float]) -> Statistics | None:
     """Return the mean and deviation of numbers; None for an empty sequence."""
-    return compute_spread(numbers) if numbers else None
+    return compute_statistics(numbers) if numbers else None
 
 
-def compute_spread(numbers: Sequence[float]) -> Spread:
+def compute_statistics(numbers: Sequence[float]) -> Statistics:
     """Return the mean and deviation of a non-empty sequence of numbers."""
-    return Spread(fmean(numbers), stdev(numbers) if len(numbers) > 1 else None)
+    return Statistics(fmean(numbers), stdev(numbers) if len(numbers) > 1 else None)
 
 
 def compute_paired_difference(
@@ -177,7 +177,7 @@ def compute_paired_difference(
         for psnr_value, reference_value in zip(psnr, reference_psnr, strict=True)
     ]
     better_share = fmean(difference > 0 for difference in differences)
-    return PairedDifference(compute_spread(differences), better_share, len(differences))
+    return PairedDifference(compute_statistics(differences), better_share, len(differences))
 
 
 def _list_view_psnr(runs: Sequence[MeasuredEntry]) -> list[float]:
@@ -217,12 +217,12 @@ def _build_curve(points: Sequence[OperatingPoint], method: str, metric: str) -> 
 
 def _compare_methods(
     points: Sequence[OperatingPoint], reference: str, method: str, metric: str
-) -> Delta:
+) -> BjontegaardDeltas:
     return compare_curves(
         _build_curve(points, reference, metric), _build_curve(points, method, metric)
     )
 
 
-def average_cameras(measured: MeasuredEntry) -> list[Measures]:
+def average_over_cameras(measured: MeasuredEntry) -> list[Measures]:
     """Return the metrics averaged over the cameras, one `Measures` per frame."""
     return [average(views) for views in zip(*measured.quality.per_camera.values(), strict=True)]

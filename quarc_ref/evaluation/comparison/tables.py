@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
 
-from quarc_ref.evaluation.comparison.bd_rate import Delta
+from quarc_ref.evaluation.comparison.bd_rate import BjontegaardDeltas
 from quarc_ref.evaluation.comparison.measure import Comparison
-from quarc_ref.evaluation.comparison.summary import OperatingPoint, Spread, Summary
+from quarc_ref.evaluation.comparison.summary import OperatingPoint, Statistics, Summary
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 _MISSING = "-"
@@ -46,13 +46,13 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
     """Return a table row for each method that has Bjontegaard deltas."""
     return [
         [
-            delta.method,
-            _format_percent(delta.psnr),
-            _MISSING if delta.psnr.quality is None else f"{delta.psnr.quality:+.2f} dB",
-            _format_percent(delta.ssim),
-            delta.psnr.remark or delta.ssim.remark or _MISSING,
+            deltas.method,
+            _format_rate(deltas.psnr),
+            _MISSING if deltas.psnr.quality is None else f"{deltas.psnr.quality:+.2f} dB",
+            _format_rate(deltas.ssim),
+            deltas.psnr.remark or deltas.ssim.remark or _MISSING,
         ]
-        for delta in summary.deltas
+        for deltas in summary.deltas
     ]
 
 
@@ -79,7 +79,7 @@ def format_points_csv(summary: Summary) -> bytes:
             "kind": point.kind,
             "runs": point.runs,
         }
-        spreads = {
+        statistics_by_name = {
             **point.metrics,
             "bytes": point.byte_count,
             "kb_per_frame": point.kilobytes_per_frame,
@@ -87,9 +87,9 @@ def format_points_csv(summary: Summary) -> bytes:
             if point.paired_difference is None
             else point.paired_difference.psnr,
         }
-        for name, spread in spreads.items():
-            line[name] = _mean_or_none(spread)
-            line[f"{name}_deviation"] = _deviation_or_none(spread)
+        for name, statistics in statistics_by_name.items():
+            line[name] = _mean_or_none(statistics)
+            line[f"{name}_deviation"] = _deviation_or_none(statistics)
         line["better_than_first"] = (
             None if point.paired_difference is None else point.paired_difference.better_share
         )
@@ -129,7 +129,7 @@ def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
 
 def _format_point_row(point: OperatingPoint) -> list[str]:
     metrics = [
-        format_spread(point.metrics[name], format_spec)
+        format_statistics(point.metrics[name], format_spec)
         for _, name, format_spec in METRIC_COLUMNS
         if name in point.metrics
     ]
@@ -140,38 +140,38 @@ def _format_point_row(point: OperatingPoint) -> list[str]:
         point.kind,
         str(point.runs),
         *metrics,
-        format_spread(point.byte_count, ",.0f"),
-        format_spread(point.kilobytes_per_frame, ",.2f"),
+        format_statistics(point.byte_count, ",.0f"),
+        format_statistics(point.kilobytes_per_frame, ",.2f"),
         _MISSING if rate is None else f"{rate:.2f}",
-        format_spread(difference, "+.2f"),
+        format_statistics(difference, "+.2f"),
         _MISSING
         if paired_difference is None
         else f"{paired_difference.better_share:.0%} of {paired_difference.pair_count}",
     ]
 
 
-def format_spread(spread: Spread | None, format_spec: str) -> str:
+def format_statistics(statistics: Statistics | None, format_spec: str) -> str:
     """Format a mean, followed by its deviation if known."""
-    if spread is None:
+    if statistics is None:
         return _MISSING
-    mean = format(spread.mean, format_spec)
+    mean = format(statistics.mean, format_spec)
     return (
         mean
-        if spread.deviation is None
-        else f"{mean} ± {spread.deviation:{format_spec.strip('+')}}"
+        if statistics.deviation is None
+        else f"{mean} ± {statistics.deviation:{format_spec.strip('+')}}"
     )
 
 
-def _mean_or_none(spread: Spread | None) -> float | None:
-    return None if spread is None else spread.mean
+def _mean_or_none(statistics: Statistics | None) -> float | None:
+    return None if statistics is None else statistics.mean
 
 
-def _deviation_or_none(spread: Spread | None) -> float | None:
-    return None if spread is None else spread.deviation
+def _deviation_or_none(statistics: Statistics | None) -> float | None:
+    return None if statistics is None else statistics.deviation
 
 
-def _format_percent(delta: Delta) -> str:
-    return _MISSING if delta.rate is None else f"{delta.rate:+.1f} %"
+def _format_rate(deltas: BjontegaardDeltas) -> str:
+    return _MISSING if deltas.rate is None else f"{deltas.rate:+.1f} %"
 
 
 def _point_as_json(point: OperatingPoint) -> dict[str, object]:
@@ -180,8 +180,10 @@ def _point_as_json(point: OperatingPoint) -> dict[str, object]:
         "point": point.label.point,
         "kind": point.kind,
         "runs": point.runs,
-        "quality": {name: _mean_or_none(spread) for name, spread in point.metrics.items()},
-        "deviation": {name: _deviation_or_none(spread) for name, spread in point.metrics.items()},
+        "quality": {name: _mean_or_none(statistics) for name, statistics in point.metrics.items()},
+        "deviation": {
+            name: _deviation_or_none(statistics) for name, statistics in point.metrics.items()
+        },
         "bytes": _mean_or_none(point.byte_count),
         "kb_per_frame": _mean_or_none(point.kilobytes_per_frame),
         "megabits_per_second": point.megabits_per_second,

@@ -11,9 +11,9 @@ from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import (
     Pose,
     Vector,
-    camera_pose,
     find_center,
     find_up,
+    get_camera_pose,
     look_at,
 )
 
@@ -39,7 +39,7 @@ def plan_orbit(
     up, center, first_pose = (
         find_up(cameras, up_axis),
         find_center(cameras),
-        camera_pose(first_camera),
+        get_camera_pose(first_camera),
     )
     offset = first_pose.eye - center
     vertical_offset = (offset @ up) * up
@@ -74,7 +74,7 @@ def plan_spiral(
         PathError: The up direction is unknown.
     """
     up, center = find_up(cameras, up_axis), find_center(cameras)
-    eyes = np.array([camera_pose(camera).eye for camera in cameras])
+    eyes = np.array([get_camera_pose(camera).eye for camera in cameras])
     mean_eye = eyes.mean(axis=0)
     axes = look_at(mean_eye, center, up, 1.0).axes
     extent = _SPIRAL_EXTENT_FACTOR * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
@@ -87,7 +87,7 @@ def plan_spiral(
                 mean_eye + (extent * direction) @ axes,
                 center,
                 up,
-                camera_pose(first_camera).view_angle,
+                get_camera_pose(first_camera).view_angle,
             )
         )
     return poses
@@ -104,9 +104,9 @@ def plan_tour(
         count: Number of poses, including the pose of the last camera.
     """
     remaining_poses = [
-        camera_pose(camera) for camera in cameras if camera.name != first_camera.name
+        get_camera_pose(camera) for camera in cameras if camera.name != first_camera.name
     ]
-    stops = [camera_pose(first_camera)]
+    stops = [get_camera_pose(first_camera)]
     while remaining_poses:
         distances = [float(np.linalg.norm(pose.eye - stops[-1].eye)) for pose in remaining_poses]
         stops.append(remaining_poses.pop(int(np.argmin(distances))))

@@ -18,7 +18,7 @@ import numpy as np
 
 from quarc_ref.format.cameras import Camera
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
-from quarc_ref.viewing.paths.pose import PathError, Pose, Vector, camera_pose, find_up, look_at
+from quarc_ref.viewing.paths.pose import PathError, Pose, Vector, find_up, get_camera_pose, look_at
 
 _SCHEMA = "camera-path/1"
 _KEYS = {"time", "camera", "position", "target", "up", "fov", "frame"}
@@ -187,10 +187,10 @@ def _read_pose(
         if {"position", "target", "up"} & set(entry):
             message = "a camera cannot be combined with a position, target or up direction"
             raise PathError(message)
-        pose = camera_pose(camera_by_name[name])
+        pose = get_camera_pose(camera_by_name[name])
         return Pose(pose.eye, pose.axes, _read_field_of_view(entry, pose.view_angle))
     up = _read_vector(entry, "up") if "up" in entry else find_up(cameras, up_axis)
-    view_angle = _read_field_of_view(entry, camera_pose(reference_camera).view_angle)
+    view_angle = _read_field_of_view(entry, get_camera_pose(reference_camera).view_angle)
     return look_at(_read_vector(entry, "position"), _read_vector(entry, "target"), up, view_angle)
 
 

@@ -21,12 +21,12 @@ class PathError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Shot:
-    """One picture of a path.
+class PlannedPicture:
+    """A picture that is to be rendered.
 
     Attributes:
         frame: Ordinal of the frame.
-        camera: The camera.
+        camera: Camera for which the frame is rendered.
     """
 
     frame: int
@@ -60,7 +60,7 @@ class Pose:
         )
 
 
-def camera_pose(camera: Camera) -> Pose:
+def get_camera_pose(camera: Camera) -> Pose:
     """Return the pose of a camera."""
     axes = np.array(camera.rotation, dtype=np.float64).reshape(3, 3)
     eye = -axes.T @ np.array(camera.translation, dtype=np.float64)
@@ -90,7 +90,7 @@ def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
         axis, is_negative = divmod(up_axis - 1, 2)
         direction: Vector = np.eye(3)[axis] * (-1 if is_negative else 1)
         return direction
-    mean_up = -sum((camera_pose(camera).axes[1] for camera in cameras), np.zeros(3))
+    mean_up = -sum((get_camera_pose(camera).axes[1] for camera in cameras), np.zeros(3))
     return _normalize(
         mean_up, "the stream has no up axis, and the up directions of its cameras cancel out"
     )
@@ -101,7 +101,7 @@ def find_center(cameras: Sequence[Camera]) -> Vector:
 
     If the optical axes are parallel, the point is in front of the first camera.
     """
-    poses = [camera_pose(camera) for camera in cameras]
+    poses = [get_camera_pose(camera) for camera in cameras]
     normal_matrix = sum(
         (np.eye(3) - np.outer(pose.axes[2], pose.axes[2]) for pose in poses), np.zeros((3, 3))
     )

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.viewing.paths.keyframes import parse_keyframes, read_keyframes
-from quarc_ref.viewing.paths.pose import PathError, camera_pose
+from quarc_ref.viewing.paths.pose import PathError, get_camera_pose
 from tests.cli.schemas import validate
 from tests.viewing.paths.rigs import make_ring
 
@@ -28,13 +28,13 @@ def test_keyframes_are_cameras_of_the_stream_or_poses():
     validate({"schema": _SCHEMA, "keyframes": path})
 
     assert keyframe_path.times.tolist() == [0, 1.5, 2]
-    assert keyframe_path.poses[0].eye == pytest.approx(camera_pose(_RING[3]).eye)
+    assert keyframe_path.poses[0].eye == pytest.approx(get_camera_pose(_RING[3]).eye)
     assert keyframe_path.poses[1].axes == pytest.approx(
         np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]]), abs=1e-12
     )
     assert keyframe_path.poses[1].view_angle == pytest.approx(math.radians(30))
     assert keyframe_path.poses[2].axes[1] == pytest.approx([-1, 0, 0])
-    assert keyframe_path.poses[2].view_angle == pytest.approx(camera_pose(_RING[0]).view_angle)
+    assert keyframe_path.poses[2].view_angle == pytest.approx(get_camera_pose(_RING[0]).view_angle)
 
 
 def test_there_is_a_picture_for_every_moment_and_one_at_the_end():

@@ -3,7 +3,7 @@ import pytest
 
 from quarc_ref.viewing.paths.automatic import plan_orbit, plan_spiral, plan_tour
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
-from quarc_ref.viewing.paths.pose import PathError, camera_pose, find_center, find_up, look_at
+from quarc_ref.viewing.paths.pose import PathError, find_center, find_up, get_camera_pose, look_at
 from tests.viewing.paths.rigs import make_ring
 
 _UP = np.array([0.0, 0.0, 1.0])
@@ -12,7 +12,7 @@ _CENTER = np.array([1.0, 2.0, 0.5])
 
 def test_poses_and_cameras_convert_exactly():
     (camera, *_) = make_ring(_CENTER)
-    converted = camera_pose(camera).as_camera(camera)
+    converted = get_camera_pose(camera).as_camera(camera)
 
     assert converted.rotation == pytest.approx(camera.rotation)
     assert converted.translation == pytest.approx(camera.translation)
@@ -29,7 +29,7 @@ def test_the_point_looked_at_and_the_up_axis_follow_from_the_cameras():
 
 def test_a_single_camera_looks_at_a_point_in_front_of_it():
     (camera, *_) = make_ring(_CENTER)
-    pose = camera_pose(camera)
+    pose = get_camera_pose(camera)
     direction = find_center([camera]) - pose.eye
 
     assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2])
@@ -40,7 +40,7 @@ def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
     poses = plan_orbit(ring, ring[2], 0, 8)
     offsets = np.array([pose.eye for pose in poses]) - _CENTER
 
-    assert poses[0].eye == pytest.approx(camera_pose(ring[2]).eye)
+    assert poses[0].eye == pytest.approx(get_camera_pose(ring[2]).eye)
     assert np.linalg.norm(offsets, axis=1) == pytest.approx(np.linalg.norm(offsets[0]))
     assert offsets[:, 2] == pytest.approx(offsets[0, 2])
     assert offsets[4, :2] == pytest.approx(-offsets[0, :2])
@@ -53,7 +53,7 @@ def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
 
 def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
     cameras = make_ring(_CENTER)[:4]
-    eyes = np.array([camera_pose(camera).eye for camera in cameras])
+    eyes = np.array([get_camera_pose(camera).eye for camera in cameras])
     for pose in plan_spiral(cameras, cameras[0], 0, 12):
         direction = _CENTER - pose.eye
         assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2], abs=1e-6)
@@ -65,16 +65,16 @@ def test_a_tour_starts_at_its_camera_and_passes_all_others():
     poses = plan_tour(ring, ring[3], 0, 600)
     positions = np.array([pose.eye for pose in poses])
 
-    assert positions[0] == pytest.approx(camera_pose(ring[3]).eye)
+    assert positions[0] == pytest.approx(get_camera_pose(ring[3]).eye)
     for camera in ring:
-        distances = np.linalg.norm(positions - camera_pose(camera).eye, axis=1)
+        distances = np.linalg.norm(positions - get_camera_pose(camera).eye, axis=1)
         assert distances.min() < 0.02
     assert len(plan_tour(ring[:1], ring[0], 0, 5)) == 5
 
 
 def test_interpolation_passes_through_its_poses():
     ring = make_ring(_CENTER)[:3]
-    poses = [camera_pose(camera) for camera in ring]
+    poses = [get_camera_pose(camera) for camera in ring]
     times = np.array([0.0, 1.0, 4.0])
     for pose, expected in zip(interpolate_poses(times, poses, times), poses, strict=True):
         assert pose.eye == pytest.approx(expected.eye)

@@ -6,16 +6,16 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.viewing.outline import Outline
 from quarc_ref.viewing.paths.automatic import PATH_PLANNERS
 from quarc_ref.viewing.paths.keyframes import read_keyframes
-from quarc_ref.viewing.paths.pose import PathError, Shot
+from quarc_ref.viewing.paths.pose import PathError, PlannedPicture
 
 
-def plan_shots(
+def plan_pictures(
     outline: Outline,
     path_name: str,
     reference_camera: Camera,
     span: tuple[int, int | None],
     picture_count: int | None = None,
-) -> list[Shot]:
+) -> list[PlannedPicture]:
     """Plan the pictures of a path.
 
     Args:
@@ -37,11 +37,11 @@ def plan_shots(
         message = "the stream has none of the requested frames"
         raise PathError(message)
     if path_name in PATH_PLANNERS:
-        shot_count = picture_count or frame_count
+        count = picture_count or frame_count
         poses = PATH_PLANNERS[path_name](
-            outline.cameras, reference_camera, outline.header.up_axis, shot_count
+            outline.cameras, reference_camera, outline.header.up_axis, count
         )
-        frames = [first_frame + index * frame_count // shot_count for index in range(shot_count)]
+        frames = [first_frame + index * frame_count // count for index in range(count)]
     else:
         if picture_count is not None:
             message = (
@@ -58,6 +58,6 @@ def plan_shots(
             keyframes.list_frames(frames_per_second, first_frame, first_frame + frame_count - 1),
         )
     return [
-        Shot(frame, pose.as_camera(reference_camera))
+        PlannedPicture(frame, pose.as_camera(reference_camera))
         for frame, pose in zip(frames, poses, strict=True)
     ]
