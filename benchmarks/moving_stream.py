@@ -94,7 +94,7 @@ class _Movers:
 
     Attributes:
         centers: `[3, m]` centers in lattice units.
-        velocities: `[c, m]` velocities in steps per frame.
+        velocities: `[c, m]` velocities in quantization steps per frame.
         radii: For each anchor level, the radius around a center, in lattice units, in which anchors
             move with the object.
     """

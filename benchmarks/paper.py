@@ -4,8 +4,9 @@
                                [--workers N | --ray ADDRESS] [--lpips WEIGHTS] [--set KEY=VALUE]
 
 Writes a page (DIR/index.html), tables as CSV and Markdown, and plots. Finished rows and streams are
-kept in DIR, so the same command resumes an interrupted run. If there are several captures, each
-gets a folder in DIR, and DIR/scenes.md and DIR/scenes.csv compare all scenes and give their mean.
+kept in DIR, so the same command resumes an interrupted run. If several captures are given, each has
+its own folder in DIR, and DIR/scenes.md and DIR/scenes.csv list the results of all captures with
+their means.
 """
 
 import sys

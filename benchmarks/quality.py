@@ -1,4 +1,4 @@
-"""Measures picture quality over captures, held-out sets and seeds; resolves 0.2 dB.
+"""Measures picture quality on several captures and held-out sets, with several seeds.
 
     python benchmarks/quality.py --out DIR [--real DIR] [--still DIR] [--variants A,B] [--frames N]
                                  [--seeds N] [--preset P] [--set KEY=VALUE] [--lpips WEIGHTS]
@@ -6,7 +6,8 @@
     python benchmarks/quality.py --out DIR --against OTHER
 
 The first form writes tables, CSV, JSON and a plot into DIR. It also keeps rows and streams there,
-so that an interrupted run can be resumed. The second form compares two finished studies.
+so that an interrupted run can be resumed. The second form compares two finished studies. The study
+resolves differences of 0.2 dB.
 """
 
 import sys

@@ -2,9 +2,9 @@
 
     python benchmarks/raster.py [--gaussians N] [--width W] [--height H] [--json]
 
-Both backends run the forward and backward pass for the same random scene and camera. Pure torch
-runs in float32, as in training. Random Gaussians overlap more than those of a trained scene, so
-only the ratio of the times is meaningful.
+Both rasterizers run the forward and backward pass for the same random scene and camera. The torch
+rasterizer runs in float32, as in training. Random Gaussians overlap more than those of a trained
+scene, so only the ratio of the times is meaningful.
 """
 
 import argparse
@@ -24,7 +24,7 @@ _GAUSSIAN_SIGMA_PIXELS = 1.5  # typical standard deviation in the middle of the 
 
 
 def make_scene(count: int, width: int) -> list[torch.Tensor]:
-    """Return random leaf tensors: means, quaternions, log-scales, opacity logits and SH."""
+    """Return random tensors: means, quaternions, log-scales, opacity logits and SH."""
     generator = torch.Generator().manual_seed(0)
 
     def draw_normal(*shape: int) -> torch.Tensor:
@@ -62,7 +62,7 @@ def time_rasterizer(
         torch.autograd.grad(loss, leaves)
         forward_times.append(forward_end - start)
         backward_times.append(time.perf_counter() - forward_end)
-    # The first repetition includes compiling, so it is left out.
+    # The first repetition includes compiling, so it is not counted.
     return {
         "forward_ms": 1e3 * median(forward_times[1:]),
         "backward_ms": 1e3 * median(backward_times[1:]),
@@ -70,7 +70,7 @@ def time_rasterizer(
 
 
 def main() -> None:
-    """Time both backends, and print the results."""
+    """Time both rasterizers, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--gaussians", type=int, default=40_000)
     parser.add_argument("--width", type=int, default=400)

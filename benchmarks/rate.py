@@ -2,9 +2,9 @@
 
     python benchmarks/rate.py CAPTURE... [--streams DIR] [--preset P] [--sweep] [--json]
 
-A CAPTURE is a folder, or `synth` for the built-in capture of `make demo`. Streams that do not exist
-in DIR are encoded into it, so the same command resumes an interrupted run. Tables (Markdown, CSV)
-and plots are also written to DIR.
+CAPTURE is the folder of a capture, or `synth` for the built-in capture of `make demo`. Streams that
+are not yet in DIR are encoded and saved there, so the same command resumes an interrupted run.
+Tables (Markdown, CSV) and plots are also written to DIR.
 """
 
 from rate.command import main

@@ -7,11 +7,12 @@ STAGES = ("anchors", "motion", "placement", "births", "commit")
 
 
 class SteadyTimer:
-    """Measures the time of the canonical scene, and of the frames from the third on.
+    """Measures the training time of frame 0, and the time of the frames from the third on.
 
     Attributes:
-        canonical_seconds: Time of training the canonical scene in seconds.
-        timer: Timer of the stages, reset so that it counts only frames from the third on.
+        canonical_seconds: Training time of frame 0 in seconds.
+        timer: Timer of the stages; it is cleared before the third frame, so its times are those of
+            the third and later frames.
     """
 
     def __init__(self) -> None:

@@ -1,6 +1,6 @@
 """Runs studies: many jobs, each of which saves a row; completed jobs are not repeated.
 
-A row is a JSON file with results, and with a key that identifies the inputs. If a study was
+A row is a JSON file that contains results, and a key that identifies their inputs. If a study was
 interrupted, running it again makes only the missing rows.
 """
 
@@ -32,7 +32,7 @@ def save_row(path: Path, key: str, row: Row) -> None:
 
 
 def load_row(path: Path, key: str) -> Row | None:
-    """Return a row; None if its file is missing or contains another key."""
+    """Return the row in a file; None if the file is missing or contains another key."""
     if not path.is_file():
         return None
     row: Row = json.loads(path.read_text())
@@ -51,7 +51,7 @@ def run_missing(
         make_row: Function that computes and saves the row of a job.
         jobs: Jobs whose rows are missing.
         pool: Worker processes or Ray cluster that runs the jobs.
-        write_tables: Function that writes the tables of the existing rows.
+        write_tables: Function that writes the tables of all rows that exist.
 
     Raises:
         JobsError: Some jobs failed; all others are complete.
@@ -69,7 +69,7 @@ def run_missing(
 
 
 def average_stage_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
-    """Return the seconds for the canonical frame, and the mean per later frame by stage.
+    """Return the seconds of the canonical frame, and of each stage the mean per later frame.
 
     Args:
         seconds: Total seconds by stage, from a `StageTimer`.

@@ -3,9 +3,9 @@
     python benchmarks/symbols.py [--gaussians N] [--births N] [--repeats N] [--json]
 
 The symbols are simulated: a few objects move, each with its own steady motion, and the symbols of
-each anchor level code a third of the motion. The symbols therefore correlate with those of parent
-anchors and of the previous frame, as in a trained stream. The size of the moving objects is chosen
-to give the requested share of nonzero symbols.
+each anchor level code a third of the motion plus noise. The symbols therefore correlate with those
+of parent anchors and of the previous frame, as in a trained stream. The radius of the moving
+objects is chosen such that the requested share of symbols is nonzero.
 """
 
 import argparse
@@ -41,12 +41,12 @@ _HEADER = StreamHeader(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SceneMotion:
-    """Moving objects ("movers"), and the distance of each Gaussian to the nearest mover.
+    """Moving objects ("movers"), and the distance of each Gaussian from the nearest mover.
 
     Attributes:
-        distances: `[N]` distances of the Gaussians to their nearest movers, in lattice units.
-        nearest_movers: `[N]` indices of the nearest movers.
-        velocities: `[c, movers]` velocities in steps per frame.
+        distances: `[N]` distance of each Gaussian from its nearest mover, in lattice units.
+        nearest_movers: `[N]` index of the nearest mover of each Gaussian.
+        velocities: `[c, m]` velocity of each mover in quantization steps per frame.
     """
 
     distances: np.ndarray
@@ -83,12 +83,13 @@ def make_scene_motion(state: State, rng: np.random.Generator) -> SceneMotion:
 
 
 def make_symbols(state: State, motion: SceneMotion, share: float) -> list[Int64]:
-    """Return the symbols of each level; about the requested share of them is nonzero.
+    """Return the symbols of each anchor level, of which about the requested share is nonzero.
 
     Args:
         state: State after `begin_frame`.
         motion: Motion of the scene.
-        share: Requested share; the result is smaller if even moving all anchors gives less.
+        share: Requested share; the actual share is smaller if not enough symbols are nonzero even
+            when all anchors move.
     """
     low, high = 0.0, float(motion.distances.max())
     for _ in range(12):
@@ -122,7 +123,7 @@ def encode_symbols(
     """Encode the symbols of a frame.
 
     Returns:
-        A function that decodes the symbols and returns the new context counts, and the number of
+        A function that decodes the symbols and returns the new context counts; and the number of
         coded bytes.
     """
     levels = motion_contexts(state, use_previous=True)
@@ -143,7 +144,7 @@ def encode_symbols(
 
 
 def time_regime(state: State, share: float, births: int, repeats: int) -> list[dict[str, object]]:
-    """Return a row for each entropy decoder: its time for the second of two moving frames."""
+    """Return a row for each entropy decoder, with its time for the second of two moving frames."""
     rng = np.random.default_rng(1)
     motion = make_scene_motion(state, rng)
     start = begin_frame(state, 0)
@@ -165,7 +166,7 @@ def time_regime(state: State, share: float, births: int, repeats: int) -> list[d
 
 
 def make_decoder_contexts() -> dict[str, AbstractContextManager[None]]:
-    """Return context managers that select an entropy decoder, by its name; fastest first."""
+    """Return for each entropy decoder a context manager that selects it; fastest first."""
     decoder_contexts: dict[str, AbstractContextManager[None]] = {}
     if HAS_CONSTRICTION:
         decoder_contexts["constriction"] = use_bit_decoder(make_fastest_decoder)
@@ -176,7 +177,7 @@ def make_decoder_contexts() -> dict[str, AbstractContextManager[None]]:
 def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
     """Return the median times of a call in milliseconds: elapsed time and processor time.
 
-    They are equal if no other process uses the processor.
+    Both times are about equal if no other process uses the processor.
     """
     times = []
     for _ in range(repeats):
@@ -215,7 +216,7 @@ def main() -> None:
 
 
 def _make_symbols_for_radius(state: State, motion: SceneMotion, radius: float) -> list[Int64]:
-    """Return the symbols for movers of this radius; every call adds the same noise."""
+    """Return the symbols if all movers have this radius; every call adds the same noise."""
     rng, symbols = np.random.default_rng(2), []
     for level in state.known_anchors.levels:
         gaussian_indices = np.searchsorted(state.scene.ids, level.owners)

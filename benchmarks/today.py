@@ -16,7 +16,7 @@ _FOLDER = Path(__file__).parent / "today"
 
 @dataclass(frozen=True)
 class Plot:
-    """A plot of a CSV file: the first column has the x values, and each other column is a line.
+    """A plot of a CSV file, whose first column has the x values; every other column is a line.
 
     Attributes:
         name: Name of the CSV file and the SVG file, without suffix.

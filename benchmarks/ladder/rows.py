@@ -82,7 +82,7 @@ class Ladder:
         self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
 
     def load_task_row(self, task: Task) -> Row | None:
-        """Return the saved row of a task if its inputs were the same, and None otherwise."""
+        """Return the saved row of a task; None if it is missing or has different inputs."""
         return load_row(self._row_path(task), self._compute_key(task))
 
     def compute_missing(self, tasks: Sequence[Task], context: TrainingContext) -> None:

@@ -1,4 +1,4 @@
-"""Implements `benchmarks/paper.py`, which runs the paper's experiments on any capture.
+"""Implements `benchmarks/paper.py`: the experiments of the QuARC-GS paper on any capture.
 
 experiments ──> trials ──> rows, each in a JSON file (make_row)
                               │

@@ -1,4 +1,4 @@
-"""Checks the paper's claims about its ablations against the measurements."""
+"""Compares measurements with what the paper claims about its ablations."""
 
 from collections.abc import Iterator, Mapping
 from statistics import fmean
@@ -19,10 +19,10 @@ Rows = Mapping[str, Row]
 
 
 def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
-    """Return the claims that the rows can confirm or refute, each once.
+    """Return the claims that the rows can confirm or refute, without duplicates.
 
     Args:
-        experiments: `{experiment: {label: row}}` in the order of the experiments.
+        experiments: Rows by label, by name of the experiment: `{experiment: {label: row}}`.
     """
     claims: list[Claim] = []
     for name, list_experiment_claims in _CLAIMS_BY_EXPERIMENT.items():

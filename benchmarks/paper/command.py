@@ -45,7 +45,7 @@ class Study:
     folder: Path
 
     def load_rows(self) -> dict[str, Row]:
-        """Return the completed rows by trial name, each with the trial's changed settings."""
+        """Return the completed rows by trial name, with the changed settings of each trial."""
         base_config = self.tasks[0].trial.config
         completed_rows = {}
         for task in self.tasks:
@@ -57,7 +57,7 @@ class Study:
         return completed_rows
 
     def write_results(self) -> Path | None:
-        """Write tables, plots and a page of the completed rows; return its path, or None."""
+        """Write the results of the completed rows; return the page's path, or None without rows."""
         rows = self.load_rows()
         if not rows:
             return None
@@ -65,7 +65,7 @@ class Study:
 
 
 def run_study(study: Study, pool: WorkerPool) -> None:
-    """Run the trials that have no row yet; the results are rewritten regularly meanwhile.
+    """Run the trials that have no row yet; meanwhile, rewrite the results at regular intervals.
 
     Raises:
         JobsError: Some trials failed; all others are complete.
@@ -84,7 +84,7 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
     the name of the capture's folder and PARENT that of its parent folder.
 
     Raises:
-        ValueError: As for `plan_study`, or two captures have the same NAME and PARENT.
+        ValueError: `plan_study` raises it, or two captures have the same NAME and PARENT.
         CaptureError: A capture cannot be read.
     """
     captures = [path.resolve() for path in arguments.capture]
@@ -92,7 +92,9 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
         return [plan_study(arguments, captures[0], arguments.out)]
     folders = [arguments.out / path.parent.name / path.name for path in captures]
     if len(set(folders)) < len(folders):
-        message = "two captures have the same name, and parent folders of the same name"
+        message = (
+            "two captures have the same folder name, and their parent folders have the same name"
+        )
         raise ValueError(message)
     return [
         plan_study(arguments, capture, folder)
@@ -101,7 +103,7 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
 
 
 def write_scenes(studies: Sequence[Study], out: Path) -> str:
-    """Write the tables of several captures, and return them as Markdown."""
+    """Write the tables that compare several captures, and return them as Markdown."""
     rows_by_scene = {
         (study.folder.parent.name, study.folder.name): study.load_rows() for study in studies
     }
@@ -174,7 +176,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
 
 
 def _print_results(studies: Sequence[Study], arguments: argparse.Namespace) -> None:
-    """Print all results; if there are several captures, also write their common tables."""
+    """Print all results; for several captures, also write the tables that compare them."""
     tables = write_scenes(studies, arguments.out) if len(studies) > 1 else ""
     if arguments.json:
         print(
@@ -191,7 +193,7 @@ def _print_results(studies: Sequence[Study], arguments: argparse.Namespace) -> N
 
 
 def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
-    """Return the settings of the full method, with steps that are adapted to the capture."""
+    """Return the settings of the full method, with quantization steps adapted to the capture."""
     config = choose_preset(arguments.preset)
     for setting in [*arguments.set, f"seed={arguments.seed}"]:
         name, _, value = setting.partition("=")

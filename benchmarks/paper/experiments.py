@@ -1,4 +1,4 @@
-"""Defines the paper's experiments: their trials, and the axis along which these are plotted."""
+"""Defines the experiments of the paper: the trials of each, and the axis of its plot."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -26,7 +26,7 @@ class Point:
 
     Attributes:
         label: Description of the changed setting.
-        x: Position on the x axis; None if the experiment has no axis.
+        x: Position on the x axis; None if the experiment has no x axis.
         trial: Trial to measure.
         series: Name of the curve to which the point belongs.
     """
@@ -44,7 +44,8 @@ class Experiment:
     Attributes:
         name: Name for the option `--only`.
         title: Title in tables and on the page.
-        axis: Label of the x axis of the plot; empty to plot against the frames.
+        axis: Label of the x axis of the plot; if empty, the plot shows PSNR and births over the
+            frames.
         points: Trials in the order of the tables.
         remark: Text below the title on the page.
     """
@@ -137,7 +138,7 @@ def _make_gradient_experiment(base_config: EncoderConfig) -> Experiment:
 
 
 def _make_gate_points(base_config: EncoderConfig, factor: int) -> tuple[Point, Point]:
-    """Return trials with and without the gate, at a multiple of the paper's minimum gradient."""
+    """Return the trials with and without the gate, with the minimum gradient times `factor`."""
     threshold = BirthSettings().grad_threshold * factor
     label_suffix, name_suffix = (
         (f", minimum gradient x {factor}", f"-{factor}") if factor != 1 else ("", "")
@@ -216,7 +217,7 @@ def _make_frequent_resampling_trial(base_config: EncoderConfig) -> Trial:
 def _define_sweep(
     name: str, title: str, setting: str, values: Sequence[int], axis: str
 ) -> Callable[[EncoderConfig], Experiment]:
-    """Return a function that makes an experiment comparing several values of a setting."""
+    """Return a function that makes an experiment, which compares several values of a setting."""
 
     def make_experiment(base_config: EncoderConfig) -> Experiment:
         points = [
@@ -241,7 +242,7 @@ def _make_full_trial(base_config: EncoderConfig) -> Trial:
 def _make_trial(
     base_config: EncoderConfig, name: str, config: EncoderConfig, floats: FloatParts = ""
 ) -> Trial:
-    """Return a trial, or that of the full method if nothing differs from it."""
+    """Return a trial with these settings; if they are those of the full method, its trial."""
     if config == base_config and not floats:
         return _make_full_trial(base_config)
     return Trial(name, name.replace("-", " "), config, floats)
@@ -253,7 +254,7 @@ def _change_stream(base_config: EncoderConfig, setting: str, value: int) -> Enco
 
 
 def _change_step(base_config: EncoderConfig, factor: float) -> EncoderConfig:
-    """Return the settings with the translation step multiplied by a factor.
+    """Return the settings with the translation step multiplied by `factor`.
 
     The lattice becomes finer so that it can represent finer steps. All other steps, and the
     learning rates in world units, do not change.

@@ -1,4 +1,4 @@
-"""Computes the size of an unquantized frame, as raw float32 and by the paper's estimate."""
+"""Computes the size of an unquantized frame, as raw float32 and by the method of the paper."""
 
 import numpy as np
 
@@ -17,8 +17,8 @@ _POSE_FLOATS = 7  # position and quaternion
 def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
     """Return the summary of a frame of an unquantized trial.
 
-    The paper estimates the size of floats like that of symbols: a value takes -log2(p) bits, where
-    p is its relative frequency in its channel.
+    The paper estimates the size of floats as it does for symbols: a value takes -log2(p) bits,
+    where p is the relative frequency of the value in its channel.
     """
     state = float_frame.state
     scene, births = state.scene, state.births
@@ -45,7 +45,7 @@ def summarize_floats(float_frame: FloatFrame, trial: Trial) -> FrameSummary:
 
 
 def estimate_float_bytes(levels: tuple[np.ndarray, ...]) -> float:
-    """Return the paper's size estimate in bytes for unrounded residuals `[c, a]` of each level."""
+    """Return the paper's size estimate, in bytes, of unrounded residuals `[c, a]` of all levels."""
     return estimate_bits(np.concatenate(levels, axis=1).astype(np.float32)) / 8
 
 

@@ -58,8 +58,8 @@ def _describe_protocol(row: Row) -> str:
         f"{row['frames']} frames of {protocol['resolution'][0]} x {protocol['resolution'][1]}, "
         f"seed {row['seed']}, trained with {row['renderer']['training']}. A KB is 1024 bytes. "
         "Sizes per frame are means over the frames after the canonical frame; the estimate is the "
-        "paper's, for the same symbols. The moving PSNR is that of the pixels that change from the "
-        "previous frame. The slope is that of a line fitted to the PSNR."
+        "paper's, for the same symbols. The moving PSNR is measured on pixels that change from the "
+        "previous frame. The slope is that of a line fitted to the PSNR of all frames."
     )
 
 

@@ -23,12 +23,13 @@ MOVING_VARIANT = (
 
 @dataclass(frozen=True, slots=True)
 class Quality:
-    """Quality of each frame, as means over the held-out cameras.
+    """Quality of each frame; each value is a mean over the held-out cameras.
 
     Attributes:
         psnr: PSNR in dB.
         ssim: SSIM in the variant `ssim_inria`.
-        psnr_moving: PSNR of moving pixels in dB; None for frame 0 and if no pixel moves.
+        psnr_moving: PSNR of moving pixels in dB; None for frame 0, and for frames in which no pixel
+            moves.
         lpips: LPIPS; empty if no weights are given.
     """
 
@@ -50,7 +51,7 @@ def measure_quality(
         frames: Number and splats of each frame.
         cameras: Cameras for rendering, in the order of the capture.
         capture: Capture with the held-out pictures.
-        lpips: Network for LPIPS; None to leave out LPIPS.
+        lpips: LPIPS network; None to skip LPIPS.
     """
     quality = Quality()
     for frame, splats in frames:
@@ -64,7 +65,7 @@ def measure_quality(
 
 
 def fit_slope(psnr: Sequence[float]) -> float | None:
-    """Return the slope of a line fitted to the PSNR, in dB per 100 frames; None for one frame."""
+    """Fit a line to the PSNR; return its slope in dB per 100 frames, or None for one frame."""
     if len(psnr) < 2:
         return None
     return 100 * float(np.polyfit(range(len(psnr)), psnr, 1)[0])
@@ -86,7 +87,7 @@ def _measure_moving_psnr(views: Sequence[View], frame: int, capture: Capture) ->
 
 
 def _find_moving_pixels(picture: Image, previous: Image) -> NDArray[np.bool_]:
-    """Return a mask `[H, W]` of the pixels that differ from the previous picture."""
+    """Return the mask `[H, W]` of pixels that differ clearly from the previous picture."""
     is_moving: NDArray[np.bool_] = (
         np.abs(picture.astype(np.int16) - previous).max(axis=2) > _MOVING_THRESHOLD
     )

@@ -77,7 +77,7 @@ def _make_section(experiment: Experiment, rows: Rows) -> Section:
 def _plot_experiment(
     experiment: Experiment, completed_points: Sequence[tuple[Point, Row]]
 ) -> bytes:
-    """Return the plot of an experiment against its axis, or against frames if it has no axis."""
+    """Return the plot of an experiment over its axis, or over the frames if it has no axis."""
     if experiment.axis and len(completed_points) > 1:
         panels = {
             "PSNR on held-out cameras (dB)": _make_axis_curves(

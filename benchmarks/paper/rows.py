@@ -1,6 +1,6 @@
 """Makes the row of a trial: encodes, decodes and measures it, and saves the row as a file.
 
-A saved row is reused if the capture and all settings are unchanged.
+A saved row is reused if the capture, the options and all settings are unchanged.
 """
 
 import hashlib
@@ -36,7 +36,7 @@ from studies import ProgressLines, Row, average_stage_seconds, load_row, save_ro
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """A trial on a capture, with everything on which its row depends.
+    """A trial to run on a capture, with everything that determines its row.
 
     Attributes:
         trial: Trial to run.
@@ -44,7 +44,7 @@ class Task:
         options: Options for reading the capture: resolution and held-out cameras.
         frames: Number of frames to encode, starting with the first.
         folder: Folder for rows and streams.
-        lpips: File with the weights of LPIPS; None to leave out LPIPS.
+        lpips: File with LPIPS weights; None to skip LPIPS.
         device: Device for training.
     """
 
@@ -63,11 +63,11 @@ class Task:
 
     @property
     def stream_path(self) -> Path:
-        """Path of the stream; trials in floats do not write one."""
+        """Path of the stream; trials in floats do not write a stream."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
     def make_canonical_trainer(self, fingerprint: str) -> CanonicalCache:
-        """Return the object that trains frame 0."""
+        """Return the cache that trains or loads frame 0."""
         trial = self.trial
         rounds_canonical = trial.floats != "all"
         inputs = [
@@ -94,7 +94,7 @@ class Task:
         return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()
 
     def load_saved_row(self, fingerprint: str) -> Row | None:
-        """Return the saved row; None if it is missing or was made from other inputs."""
+        """Return the saved row; None if it is missing, or if it was made from different inputs."""
         return load_row(self.row_path, self.compute_key(fingerprint))
 
 
@@ -196,7 +196,7 @@ def _summarize_quality(quality: Quality) -> Row:
 
 
 def _summarize_sizes(frames: tuple[FrameSummary, ...], total_bytes: int) -> Row:
-    """Return sizes in KB by kind, of the canonical frame and per later frame; also total bytes."""
+    """Return sizes in KB of the canonical frame, and per later frame by kind; and total bytes."""
     later_frames = [frame for frame in frames if not frame.canonical]
     frame_count = max(len(later_frames), 1)
     bytes_by_kind = {kind: sum(frame.coded_bytes[kind] for frame in frames) for kind in KINDS}

@@ -1,4 +1,4 @@
-"""Formats tables of several captures as in the paper: a row for each scene and for their mean.
+"""Formats tables of several captures as in the paper: a row for each scene, and one for the mean.
 
 Scenes are grouped by the parent folders of their captures, such as `N3DV` and `MeetRoom`.
 """
@@ -31,7 +31,7 @@ Scenes = Mapping[Scene, Mapping[str, Row]]  # rows of each scene, by the trial's
 
 
 def format_scenes(experiments: Sequence[Experiment], scenes: Scenes) -> str:
-    """Return Markdown tables: all scenes for the full method, and means for other trials.
+    """Return Markdown tables: for the full method, all scenes; for other trials, only means.
 
     Args:
         experiments: Experiments of the studies.
@@ -68,7 +68,7 @@ def format_scenes_csv(experiments: Sequence[Experiment], scenes: Scenes) -> byte
 def _list_lines(
     experiment: Experiment, group_rows: Mapping[str, Mapping[str, Row]]
 ) -> Iterator[list[str]]:
-    """Yield a row of means for each trial; if there is only one, also a row for each scene."""
+    """Yield a line of means for each trial; if there is only one trial, also a line per scene."""
     for point in experiment.points:
         trial_rows = {name: rows[point.trial.name] for name, rows in group_rows.items()
                  if point.trial.name in rows}  # fmt: skip
@@ -85,7 +85,7 @@ def _list_lines(
 
 
 def _format_means(rows: Any) -> list[str]:  # noqa: ANN401
-    """Return the mean of the rows for each column, as text; empty if no row has a value."""
+    """Return the mean of each column as text; empty for a column in which no row has a value."""
     cells = []
     for _, get_value, format_spec in _COLUMNS:
         values = [value for row in rows if (value := get_value(row)) is not None]

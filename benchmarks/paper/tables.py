@@ -54,7 +54,7 @@ def choose_columns(rows: Iterable[Row]) -> list[Column]:
 
 
 def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
-    """Return CSV with a line for each row, which has its experiment and all its values."""
+    """Return CSV with a line for each row: the name of its experiment, and all its values."""
     lines = [{"experiment": experiment, **flatten_row(row)} for experiment, row in rows]
     names = list(dict.fromkeys(name for line in lines for name in line))
     text = io.StringIO()
@@ -65,7 +65,7 @@ def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
 
 
 def flatten_row(row: Row) -> dict[str, Any]:
-    """Return the values of a row by name, without values per frame but with their means."""
+    """Return the values of a row by name; instead of values per frame, it contains their means."""
     values = {name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")}
     for group in ("quality", "bytes", "seconds"):
         values |= {f"{group}_{name}": value for name, value in row[group].items()}

@@ -1,4 +1,4 @@
-"""Defines trials: settings of an encode, and the parts that are not quantized."""
+"""Defines trials: encodes with certain settings, some of which leave parts unquantized."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -18,11 +18,12 @@ class Trial:
         title: Title in tables.
         config: Settings of the encoder.
         floats: The parts that stay in floats: empty for none, `motion` for motion and births, or
-            `all`. A stream cannot contain floats, so a trial with floats is measured without a
-            stream (`unquantized`).
-        rebinds: Whether all Gaussians are bound again in every frame, to anchors at their sampled
-            positions, as in the released code of the paper. In the format, bindings do not change
-            between two samplings, so this is possible only in floats.
+            `all`. A stream cannot contain floats, so a trial with floats is measured without
+            writing a stream (see `unquantized`).
+        rebinds: Whether all Gaussians are bound again in every frame, to the anchors nearest to
+            them at the positions where the anchors were sampled, as in the released code of the
+            paper. In the format, bindings do not change between two samplings, so rebinding is
+            possible only in floats.
     """
 
     name: str

@@ -1,9 +1,9 @@
-"""Runs the encoder in floats, to measure the method without rounding.
+"""Runs the encoder in floats, to measure the quality of the method without rounding.
 
-The schedule, random numbers and rules are those of `encoder.encode_stream`, but each frame
-continues from the trained values instead of the decoded values. Residuals are applied without
-rounding. Sampling anchors requires integer positions, so positions are stored on a lattice that is
-almost as fine as floats. The result is not a stream.
+The schedule, random numbers and rules are the same as in `encoder.encode_stream`, but each frame
+starts from the trained values of the previous frame instead of its decoded values. Residuals are
+applied without rounding. Sampling anchors requires integer positions, so positions are stored on a
+lattice that is almost as fine as floats. The result is not a stream.
 """
 
 import math
@@ -59,7 +59,8 @@ class FloatFrame:
     """A frame of a trial that is not quantized.
 
     Attributes:
-        state: State after the frame; its `motion` and `symbols` are in steps but not rounded.
+        state: State after the frame; its `motion` and `symbols` are in quantization steps, but not
+            rounded.
         deaths: Number of deleted Gaussians.
     """
 
@@ -77,7 +78,7 @@ def encode_unquantized(
     """Yield the frames of a trial, without rounding the parts given by `trial.floats`.
 
     Args:
-        capture: Capture; its held-out cameras are not used.
+        capture: Capture to encode; its held-out cameras are not used.
         trial: Settings, and the parts that stay in floats.
         frames: Number of frames.
         context: Context from `open_training_context`.
@@ -121,11 +122,12 @@ def _count_birth_bytes(birth_counts: ContextCounts, births: Births) -> int:
 
 
 def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
-    """Return a header with the same steps for residuals, and finer steps for everything else.
+    """Return a header with the same residual steps, but finer quantization steps for the rest.
 
     Args:
         header: Header of a stream with the trial's settings.
-        extent: Largest absolute coordinate in world units; the lattice extends twice as far.
+        extent: Largest absolute coordinate in world units; the lattice must extend to twice this
+            value.
     """
     spare_bits = math.log2(POSITION_LIMIT / (2 * extent)) - header.lattice_exponent
     doublings = max(0, min(_LATTICE_DOUBLINGS, math.floor(spare_bits)))
@@ -143,11 +145,11 @@ def refine_header(header: StreamHeader, extent: float) -> StreamHeader:
 
 
 def move_without_rounding(frame_start: State, residuals: torch.Tensor) -> State:
-    """Return the state moved by unrounded residuals (SPEC 7.5, Eq. 2).
+    """Return the state after unrounded residuals have moved its Gaussians (SPEC 7.5, Eq. 2).
 
     Args:
         frame_start: State after `begin_frame`.
-        residuals: `[A, c]` in steps, with the anchors of one level after those of another.
+        residuals: `[A, c]` in steps, for the anchors of all levels, level 1 first.
     """
     scene, anchors = frame_start.scene, frame_start.known_anchors
     level_starts = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
@@ -168,7 +170,7 @@ def move_without_rounding(frame_start: State, residuals: torch.Tensor) -> State:
 
 
 def _rotate(frame_start: State, residuals: NDArray[np.float64]) -> NDArray[np.int32]:
-    """Return rotations `[4, N]` in Q22, multiplied by the identity plus residuals `[c - 3, N]`."""
+    """Return the rotations, `[4, N]` in Q22, after rotating them by residuals `[c - 3, N]`."""
     splats = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
     zero_translation = torch.zeros_like(splats.means)
     rotated_splats = deform(
@@ -180,7 +182,7 @@ def _rotate(frame_start: State, residuals: NDArray[np.float64]) -> NDArray[np.in
 
 
 def _rebind(frame_start: State) -> State:
-    """Return the state with Gaussians bound to their nearest anchors, as in the released code."""
+    """Bind every Gaussian to its nearest anchors, as the released code does."""
     anchors, positions = frame_start.known_anchors, frame_start.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
     return replace(frame_start, anchors=Anchors(anchors.levels, np.stack(binding)))
@@ -193,7 +195,7 @@ def open_training_context(
 
     Args:
         capture: Capture; the context has no access to its held-out cameras.
-        device_name: Device, as for `choose_device`.
+        device_name: Name of the device, as `choose_device` accepts it.
         seed: Seed of all random numbers.
         progress: Object to which progress is reported after every iteration.
     """

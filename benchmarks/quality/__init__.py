@@ -1,4 +1,4 @@
-"""The code of `benchmarks/quality.py`: a study of picture quality.
+"""The code of `benchmarks/quality.py`, which runs a study of picture quality.
 
 subjects ──> tasks ──> rows, each in a JSON file (make_row)
                           │

@@ -44,7 +44,7 @@ class Study:
     folder: Path
 
     def run(self, pool: WorkerPool) -> None:
-        """Run the missing tasks.
+        """Run the tasks that have no row yet.
 
         Raises:
             JobsError: Some encodes failed; all others are complete.
@@ -69,7 +69,7 @@ class Study:
 
 
 def plan_study(arguments: argparse.Namespace) -> Study:
-    """Return the study that the options describe; ray-trace missing captures.
+    """Return the study that the options describe; ray-trace its missing captures first.
 
     Raises:
         ValueError: A variant, the preset or a setting does not exist, or no capture is given.
@@ -138,7 +138,7 @@ def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
 def _list_tasks(
     arguments: argparse.Namespace, subject: Subject, capture: Capture, config: EncoderConfig
 ) -> list[Task]:
-    """Return the tasks of a capture; if it has fewer frames than requested, encode all of them."""
+    """Return the tasks of a capture; each encodes the requested frames, or all if fewer exist."""
     return [
         Task(
             subject.name,
@@ -167,7 +167,7 @@ def _make_config(arguments: argparse.Namespace) -> EncoderConfig:
 def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="quality.py",
-        description="Measure picture quality over captures, held-out sets and seeds.",
+        description="Measure picture quality for captures, held-out sets and seeds.",
     )
     add = parser.add_argument
     add(

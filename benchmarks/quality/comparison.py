@@ -1,4 +1,4 @@
-"""Compares two finished studies by the differences of their means, with standard errors."""
+"""Compares two finished studies: differences of their means, with standard errors."""
 
 import json
 from collections.abc import Mapping
@@ -22,11 +22,12 @@ def compare_studies(folder: Path, other_folder: Path) -> str:
     """Return the table of the differences between two studies.
 
     Args:
-        folder: Folder of the first study.
+        folder: Folder of the study from which the other one is subtracted.
         other_folder: Folder of the study to subtract.
 
     Raises:
-        ComparisonError: A study has no results, or the studies have no capture in common.
+        ComparisonError: A study has no results, or the studies have no pair of capture and held-out
+            set in common.
     """
     groups, other_groups = _read_groups(folder), _read_groups(other_folder)
     shared = [label for label in groups if label in other_groups]
@@ -50,7 +51,7 @@ def _read_groups(folder: Path) -> Groups:
 
 
 def _subtract_groups(group: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:
-    """Return the differences of all figures that both groups have."""
+    """Return the difference of each figure that is in both groups."""
     return {
         name: subtract(Spread(**figure), Spread(**other["figures"][name]))
         for name, figure in group["figures"].items()

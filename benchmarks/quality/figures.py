@@ -33,10 +33,10 @@ def measure_stream(
         lpips: LPIPS network; None to skip LPIPS.
 
     Returns:
-        The figures of the stream; and for each frame, under `held_out` and `training`, the means
-        over the cameras of that group. Names of figures that are measured on cameras start with
-        `held_out_` or `training_`. `cc` in a name means that rendered colors were corrected by an
-        affine transform, `gain` that they were corrected by gains.
+        The figures of the stream; and the figures of each frame, under the keys `held_out` and
+        `training`, as means over the cameras of the group. Names of figures that are measured on
+        cameras start with `held_out_` or `training_`. In names with `cc`, rendered colors were
+        corrected by an affine transform; in names with `gain`, by a gain per channel.
     """
     summary = inspect_stream(data)
     held_out = CameraGroup(capture, summary.cameras, capture.held_out)
@@ -65,9 +65,10 @@ def measure_size(summary: StreamSummary) -> Figures:
         summary: Summary of the stream.
 
     Returns:
-        The figures by name. `bytes_canonical` contains all bytes of the chunks of canonical frames.
-        For other frames, coded planes are counted by kind. `bytes_other` contains the remaining
-        bytes of these frames and the chunks INDX and TAIL.
+        The figures by name. `bytes_canonical` is the size of all chunks with canonical frames,
+        `bytes_side` that of HEAD, cameras and metadata. `bytes_motion` and `bytes_births` are the
+        sizes of the coded motion and births. `bytes_other` is the size of everything else, such as
+        INDX, TAIL and chunk headers of other frames.
     """
     coded_bytes = summary.coded_bytes()
     side_bytes = sum(

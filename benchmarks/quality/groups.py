@@ -36,7 +36,7 @@ COLUMN_NAMES = tuple(name for _, name, _ in COLUMNS)
 
 @dataclass(frozen=True, slots=True)
 class Group:
-    """The rows of a capture with one held-out set, which differ only in the seed.
+    """The rows of a capture and a held-out set; they differ only in the seed.
 
     Attributes:
         capture: Name of the capture.
@@ -54,11 +54,11 @@ class Group:
         return f"{self.capture}/{self.held_out_set}"
 
     def compute_spreads(self) -> dict[str, Spread]:
-        """Return the spread of each figure over the seeds."""
+        """Return the mean and deviation of each figure over the seeds."""
         return summarize_figures(row["figures"] for row in self.rows)
 
     def compute_frame_spreads(self) -> list[dict[str, Spread]]:
-        """Return, for each frame, the spread over the seeds of each figure measured on cameras."""
+        """Return, for each frame, the statistics over the seeds of each figure of the cameras."""
         return [
             summarize_figures(
                 {
@@ -84,7 +84,7 @@ class Group:
 
 
 def group_rows(rows: Iterable[Row]) -> list[Group]:
-    """Return the groups of rows with the same capture and held-out set, in order of appearance."""
+    """Return a group for each pair of capture and held-out set, in order of appearance."""
     grouped: dict[tuple[str, int], list[Row]] = {}
     for row in rows:
         grouped.setdefault((row["capture"], row["held_out_set"]), []).append(row)

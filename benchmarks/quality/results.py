@@ -117,7 +117,7 @@ def _split_spread(spread: Spread | None) -> dict[str, float | None]:
 
 
 def _plot_groups(groups: Sequence[Group]) -> bytes:
-    """For every capture and held-out set, plot a dot per seed and a bar at the mean."""
+    """Plot a dot for each seed and a bar at their mean, for every capture and held-out set."""
     panels = {}
     for heading, name in _PANELS.items():
         values = {

@@ -1,4 +1,4 @@
-"""Makes a row: encodes a capture with a seed, measures the decoded stream, and saves the result."""
+"""Makes a row: encodes a capture with one seed, measures the decoded stream, and saves the row."""
 
 import hashlib
 import io
@@ -60,7 +60,7 @@ class Task:
         return self.folder / "streams" / f"{self.name}.quarc"
 
     def load_saved_row(self, fingerprint: str) -> Row | None:
-        """Return the saved row if its inputs were the same, and None otherwise."""
+        """Return the saved row; None if it is missing, or if it was made from different inputs."""
         return load_row(self.row_path, self._compute_key(fingerprint))
 
     def save(self, fingerprint: str, row: Row) -> None:
@@ -81,7 +81,7 @@ class Task:
 
 
 def make_row(task: Task) -> None:
-    """Encode the capture, decode and measure the stream, and save the row, unless it exists."""
+    """Encode the capture, measure the decoded stream and save the row; do nothing if it exists."""
     capture = open_capture(task.source, task.options)
     if task.load_saved_row(capture.fingerprint) is not None:
         return

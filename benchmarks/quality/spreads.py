@@ -10,7 +10,7 @@ Figures = Mapping[str, float | None]
 
 @dataclass(frozen=True, slots=True)
 class Spread:
-    """The distribution of a figure over seeds.
+    """Mean and standard deviation of a figure over seeds.
 
     Attributes:
         mean: Mean over the seeds.
@@ -28,7 +28,7 @@ class Spread:
         return None if self.deviation is None else self.deviation**2 / self.count
 
     def as_json(self) -> dict[str, float | None]:
-        """Return the spread as a JSON object."""
+        """Return the statistics as a JSON object."""
         return asdict(self)
 
 
@@ -38,7 +38,7 @@ class Difference:
 
     Attributes:
         amount: First mean minus second mean.
-        error: Standard error of the difference; None if a study has a single seed.
+        error: Standard error of the difference; None if one of the studies has a single seed.
     """
 
     amount: float
@@ -46,7 +46,7 @@ class Difference:
 
 
 def summarize(values: Sequence[float]) -> Spread:
-    """Return the spread of a figure.
+    """Return the mean and deviation of a figure.
 
     Args:
         values: One value per seed; at least one value.
@@ -55,7 +55,7 @@ def summarize(values: Sequence[float]) -> Spread:
 
 
 def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
-    """Return the spread of each figure over the rows in which it is defined."""
+    """Return the mean and deviation of each figure over the rows in which it is defined."""
     values_by_name: dict[str, list[float]] = {}
     for row in rows:
         for name, value in row.items():
@@ -65,7 +65,7 @@ def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
 
 
 def subtract(first: Spread, second: Spread) -> Difference:
-    """Return the difference of the means of two studies, whose seeds are independent samples."""
+    """Return the difference of two means; the seeds of both are taken as independent samples."""
     return Difference(
         first.mean - second.mean,
         _combine_variances([first.variance_of_mean, second.variance_of_mean]),
@@ -75,7 +75,7 @@ def subtract(first: Spread, second: Spread) -> Difference:
 def average_differences(differences: Sequence[Difference]) -> Difference:
     """Return the mean of differences over several captures and held-out sets.
 
-    The error describes only the variation between seeds, not between captures.
+    Its error covers only the variation between seeds, not the variation between captures.
 
     Args:
         differences: At least one difference.
@@ -90,6 +90,6 @@ def average_differences(differences: Sequence[Difference]) -> Difference:
 
 
 def _combine_variances(variances: Sequence[float | None]) -> float | None:
-    """Return the standard error of a sum of values; None if a variance is unknown."""
+    """Return the standard error of a sum of values with these variances; None if one is unknown."""
     known_variances = [variance for variance in variances if variance is not None]
     return math.sqrt(sum(known_variances)) if len(known_variances) == len(variances) else None

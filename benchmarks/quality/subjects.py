@@ -36,7 +36,7 @@ class Subject:
 
 
 def choose_held_out_sets(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
-    """Return four sets of three cameras, which are a third of the rig apart from each other.
+    """Return four sets of three cameras; the cameras of a set are a third of the rig apart.
 
     Args:
         cameras: Names of all cameras.
@@ -60,8 +60,8 @@ def parse_traced_name(name: str) -> SynthOptions:
     """Return the options for ray-tracing a capture.
 
     Args:
-        name: `VARIANT`, `VARIANT-CAMERAS`, `VARIANT-WIDTHxHEIGHT`, or both suffixes; the number of
-            cameras includes the held-out one.
+        name: Variant of the scene, optionally followed by the number of cameras (including the
+            held-out one) and by the picture size: `VARIANT[-CAMERAS][-WIDTHxHEIGHT]`.
 
     Raises:
         ValueError: The name is malformed, the variant does not exist, or a size is invalid.
@@ -80,7 +80,7 @@ def parse_traced_name(name: str) -> SynthOptions:
 
 
 def trace_if_missing(name: str, folder: Path) -> Subject:
-    """Return a ray-traced capture; ray-trace it if it does not exist.
+    """Return the ray-traced capture with this name; ray-trace it if it does not exist.
 
     Args:
         name: Name of the capture, in the form that `parse_traced_name` accepts.

@@ -1,4 +1,4 @@
-"""Implements `benchmarks/rate.py`, which compares size and quality with other formats.
+"""Implements `benchmarks/rate.py`, which compares streams with other formats.
 
 jobs ──> streams, each in a file (measure)
             │

@@ -5,18 +5,18 @@ from dataclasses import dataclass
 
 from quarc_ref.inspection.stream_summary import FrameSummary, StreamSummary
 
-AMORTIZED_FRAMES = 300  # number of frames over which the canonical frame is spread
+AMORTIZED_FRAMES = 300  # number of frames over which the bytes of the canonical frame are spread
 
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A measured number and its limit.
+    """A measured number, and the limit that it should meet.
 
     Attributes:
         name: Description of the number.
         value: Measured number; None if it could not be measured.
-        bound: Maximum or minimum of the number.
-        is_maximum: Whether `bound` is a maximum; otherwise it is a minimum.
+        bound: The limit, which is a maximum or a minimum.
+        is_maximum: Whether the limit is a maximum instead of a minimum.
     """
 
     name: str
@@ -26,7 +26,7 @@ class Claim:
 
     @property
     def holds(self) -> bool | None:
-        """Whether the number is within the limit; None if it could not be measured."""
+        """Whether the number meets the limit; None if it could not be measured."""
         if self.value is None:
             return None
         return self.value <= self.bound if self.is_maximum else self.value >= self.bound
@@ -43,23 +43,25 @@ class Claim:
 
 
 def amortize(once_bytes: float, frame_bytes: Sequence[float]) -> float:
-    """Return the bytes per frame if every `AMORTIZED_FRAMES`-th frame is canonical.
+    """Return the bytes per frame if `once_bytes` are spread over `AMORTIZED_FRAMES` frames.
 
     Args:
-        once_bytes: Bytes of the canonical frame, and of all other data that a stream contains once.
-        frame_bytes: Bytes of each measured later frame; other later frames take their mean.
+        once_bytes: Bytes of the canonical frame, and of all other data that occur only once in a
+            stream.
+        frame_bytes: Bytes of each measured later frame; all later frames are assumed to take their
+            mean.
     """
     return once_bytes / AMORTIZED_FRAMES + mean(frame_bytes)
 
 
 def amortize_file(summary: StreamSummary) -> float:
-    """Return the amortized bytes per frame of the file, including framing, headers and index."""
+    """Return the amortized bytes per frame of the file, with framing, headers and index."""
     frame_bytes = [frame.chunk_bytes for frame in list_inter_frames(summary)]
     return amortize(summary.total_bytes - sum(frame_bytes), frame_bytes)
 
 
 def amortize_estimate(summary: StreamSummary) -> float:
-    """Return the paper's zero-order estimate of the amortized bytes per frame, without overhead."""
+    """Return the amortized bytes per frame by the paper's zero-order estimate, without overhead."""
     frame_bytes = [
         frame.estimate_bytes["motion"] + frame.estimate_bytes["births"]
         for frame in list_inter_frames(summary)
@@ -68,7 +70,7 @@ def amortize_estimate(summary: StreamSummary) -> float:
 
 
 def list_motion_claims(summary: StreamSummary) -> list[Claim]:
-    """Return the claims about motion, compared with its estimate, and about the size of births."""
+    """Return the claims that compare motion with its estimate, and the claim on bytes per birth."""
     later_frames = list_inter_frames(summary)
     worst_ratio = max(
         map(_compute_motion_ratio, later_frames), key=lambda ratio: ratio or 0.0, default=None
@@ -98,7 +100,7 @@ def list_canonical_claims(
     """
     size_ratio, psnr_gain = (canonical_bytes / other[0], psnr - other[1]) if other else (None, None)
     return [
-        Claim(f"bytes of the canonical frame / {name} file", size_ratio, bound),
+        Claim(f"bytes of the canonical frame / bytes of the {name} file", size_ratio, bound),
         Claim(f"PSNR of frame 0 minus that of {name}, dB", psnr_gain, 0.0, is_maximum=False),
     ]
 
@@ -109,7 +111,7 @@ def list_paper_claims(
     paper_summary: StreamSummary,
     paper_psnr: Sequence[float],
 ) -> list[Claim]:
-    """Return the claims that compare a stream with the paper's estimate for preset `paper`."""
+    """Return the claims that compare a stream with a stream of preset `paper` and its estimate."""
     motion = mean([frame.coded_bytes["motion"] for frame in list_inter_frames(summary)])
     paper_motion = mean(
         [frame.estimate_bytes["motion"] for frame in list_inter_frames(paper_summary)]
@@ -117,7 +119,7 @@ def list_paper_claims(
     total_ratio = divide(amortize_file(summary), amortize_estimate(paper_summary))
     return [
         Claim(
-            f"bytes per frame over {AMORTIZED_FRAMES} frames / paper's estimate", total_ratio, 0.25
+            f"bytes per frame, over {AMORTIZED_FRAMES} frames / paper's estimate", total_ratio, 0.25
         ),
         Claim("motion bytes / paper's estimate", divide(motion, paper_motion), 0.1),
         Claim("PSNR minus the paper's, dB", mean(psnr) - mean(paper_psnr), 0.0, is_maximum=False),
@@ -142,9 +144,9 @@ def list_fourdgs_claims(
         )
         amortized_ratio = divide(amortize_file(summary), amortized_fourdgs_bytes)
     return [
-        Claim("bytes of the stream / fourdgs file", total_ratio, 0.1),
+        Claim("bytes of the stream / bytes of the fourdgs file", total_ratio, 0.1),
         Claim(
-            f"bytes of stream / fourdgs file, both over {AMORTIZED_FRAMES} frames",
+            f"bytes of the stream / bytes of the fourdgs file, both over {AMORTIZED_FRAMES} frames",
             amortized_ratio,
             0.1,
         ),
@@ -167,5 +169,5 @@ def divide(dividend: float, divisor: float) -> float | None:
 
 
 def _compute_motion_ratio(frame: FrameSummary) -> float | None:
-    """Return the ratio of a frame's motion bytes to their estimate; None if nothing moves."""
+    """Return a frame's motion bytes divided by their estimate; None if nothing moves."""
     return divide(frame.coded_bytes["motion"], frame.estimate_bytes["motion"])

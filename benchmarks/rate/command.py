@@ -35,7 +35,7 @@ _MAX_STILL_SIZE_RATIOS = {"spz": 0.8, "sog": 1.0}
 
 
 def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
-    """Measure a capture, and add its rows and claims to the results."""
+    """Measure a capture, and add its rows, claims and points to the results."""
     stream = measure(job, folder)
     own_rows = list_own_rows(stream)
     still_rows = {
@@ -59,7 +59,7 @@ def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> No
 
 
 def main() -> None:
-    """Measure all captures given on the command line; write and print the tables."""
+    """Measure all captures given on the command line; write the files, and print the tables."""
     arguments = _parse_arguments()
     folder: Path = arguments.streams
     folder.mkdir(parents=True, exist_ok=True)
@@ -90,7 +90,7 @@ def _parse_arguments() -> argparse.Namespace:
         "captures",
         nargs="+",
         metavar="CAPTURE",
-        help=f"folder of a capture, or {BUILT_IN_CAPTURE} for the built-in one",
+        help=f"folder of a capture, or {BUILT_IN_CAPTURE} for the built-in capture",
     )
     add(
         "--streams",
@@ -101,9 +101,11 @@ def _parse_arguments() -> argparse.Namespace:
     )
     add("--preset", choices=sorted(PRESETS), default="main")
     add_capture_options(parser)
-    add("--no-paper", action="store_true", help="do not compare with a stream of preset paper")
+    add(
+        "--no-paper", action="store_true", help="do not compare with a stream of the preset `paper`"
+    )
     add("--sweep", action="store_true", help="also measure variations of the preset's settings")
-    add("--sweep-frames", type=int, metavar="N", help="number of frames of the streams of --sweep")
+    add("--sweep-frames", type=int, metavar="N", help="number of frames in each stream of --sweep")
     add("--json", action="store_true", help="print JSON instead of tables")
     return parser.parse_args()
 

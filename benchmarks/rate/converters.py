@@ -1,7 +1,7 @@
 """Converts the canonical scene to SPZ or SOG and back, with PLY as the intermediate format.
 
-The conversions use splat-transform by PlayCanvas, a program from npm. The
-converted scene is rendered like the decoded frames of a stream.
+The program that converts is splat-transform by PlayCanvas, which is installed from npm. The scene
+that was converted back is rendered like the decoded frames of a stream.
 """
 
 import os
@@ -25,12 +25,12 @@ class UnavailableError(Exception):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ConvertedScene:
-    """A scene after conversion to another format and back.
+    """A scene that was converted to another format and back.
 
     Attributes:
         byte_count: Size of the file in the other format.
-        label: Name of the format, with its version if the file contains it.
-        splats: The scene after both conversions.
+        label: Name of the format, with its version if the file states it.
+        splats: The scene that was converted back.
     """
 
     byte_count: int
@@ -47,7 +47,7 @@ def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedSc
         folder: Folder for the program and temporary files.
 
     Raises:
-        UnavailableError: The program cannot be installed, or fails.
+        UnavailableError: The program cannot be installed, or it fails.
     """
     program = install_splat_transform(folder / "node")
     with TemporaryDirectory(dir=folder) as temporary_folder:

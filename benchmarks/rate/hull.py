@@ -7,11 +7,11 @@ from itertools import pairwise
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """Rate and quality of a stream with certain settings.
+    """Rate and quality of a stream, with the settings that were changed.
 
     Attributes:
         label: Description of the changed settings; empty for the default settings.
-        kilobytes: KB per frame, with the canonical frame amortized over 300 frames.
+        kilobytes: KB per frame, with the bytes of the canonical frame amortized over 300 frames.
         psnr: Mean PSNR of all frames on held-out cameras, in dB.
     """
 
@@ -33,7 +33,7 @@ def find_upper_hull(points: Sequence[Point]) -> list[Point]:
 
 
 def measure_gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
-    """Return how far a point is below the hull at its rate, in dB; 0 if it is on the hull.
+    """Return by how many dB a point is below the hull at its rate; 0 if it is on the hull.
 
     Args:
         point: A point on or off the hull.

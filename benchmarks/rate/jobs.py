@@ -24,15 +24,15 @@ _SETTING_PATTERN = re.compile(r"(\S+?)=(.*?)(?= \S+=|$)")
 
 @dataclass(frozen=True, slots=True)
 class Job:
-    """A stream to encode or load.
+    """A stream to encode, or to load if it already exists.
 
     Attributes:
         capture: Folder of the capture.
         preset: Name of the preset.
-        changes: Settings that differ from the preset, as (name, value).
+        changes: Settings that differ from the preset, as pairs of name and value.
         frames: Number of frames to encode, starting with the first; None for all.
         downscale: Factor by which pictures are downscaled.
-        held_out: Names of held-out cameras; empty for the first camera.
+        held_out: Names of held-out cameras; if empty, the first camera is held out.
     """
 
     capture: Path
@@ -89,10 +89,10 @@ def trace_capture_if_missing(name: str, folder: Path) -> Path:
 
 
 def encode_if_missing(job: Job, folder: Path) -> bytes:
-    """Return the bytes of a stream, which is encoded into `folder` if it does not exist.
+    """Return the bytes of a stream; encode the stream into `folder` if it does not exist.
 
     Raises:
-        ResumeError: The partial stream of an earlier run was made from other inputs.
+        ResumeError: The partial stream of an earlier run was made from different inputs.
     """
     path = folder / job.file_name()
     if not path.is_file():
@@ -111,11 +111,11 @@ def encode_if_missing(job: Job, folder: Path) -> bytes:
 
 
 def list_differences(job: Job, metadata: dict[str, str]) -> list[str]:
-    """Return the names of the settings in which an existing stream differs from a job.
+    """Return the names of the settings whose values in an existing stream differ from the job.
 
     Args:
         job: Requested stream.
-        metadata: Metadata of the existing stream, which lists settings that differ from defaults.
+        metadata: Metadata of the existing stream, including its settings that differ from defaults.
     """
     if "settings" not in metadata:
         return []

@@ -1,9 +1,9 @@
-"""Writes the decoded frames of a stream to the `4dgs` container with the package `fourdgs`.
+"""Writes the decoded frames of a stream to `4dgs` files with the Python package `fourdgs`.
 
 The temporal model `keyframe-delta` of `4dgs` codes the first frame completely, and later frames as
-the changes of each Gaussian. Of all temporal models of `4dgs`, it is the most similar to the format
-of this project, but it has no anchors. It stores no SH beyond the base color, which makes the files
-smaller. The error bounds are those of the profile `default`.
+the changes of each Gaussian. Among the temporal models of `4dgs`, this one is most similar to the
+format of this project, but it has no anchors. The files contain no SH beyond the base color, which
+makes them smaller. Their error bounds are those of the `4dgs` profile `default`.
 """
 
 from collections.abc import Iterable, Iterator
@@ -30,7 +30,7 @@ class FileSizes:
     """Sizes of the `4dgs` files of a stream's frames in bytes.
 
     Attributes:
-        settings: Description of the writer's settings.
+        settings: Description of the settings with which the files were written.
         first: Size of a file with only the first frame.
         total: Size of a file with all frames.
     """
@@ -41,7 +41,7 @@ class FileSizes:
 
 
 def measure_file_sizes(scenes: Iterable[Scene]) -> list[FileSizes]:
-    """Return the sizes of `4dgs` files for several settings of the writer, smallest first.
+    """Write `4dgs` files with several settings; return their sizes, smallest first.
 
     Args:
         scenes: All frames of a stream, in order.

@@ -30,7 +30,8 @@ class MeasuredStream:
         data: Bytes of the stream.
         summary: Frames and sizes of the stream.
         psnr: PSNR of each frame on the held-out cameras, in dB.
-        differences: Names of settings in which a stream from an earlier run differs from the job.
+        differences: Names of settings whose values in the stream of an earlier run differ from the
+            job.
     """
 
     job: Job
@@ -44,13 +45,15 @@ def measure(job: Job, folder: Path) -> MeasuredStream:
     """Encode and measure a stream, reusing the files that already exist.
 
     Raises:
-        MismatchError: The existing stream is from another capture.
+        MismatchError: The existing stream was encoded from another capture.
     """
     data = encode_if_missing(job, folder)
     summary = inspect_stream(data)
     differences = tuple(list_differences(job, summary.metadata))
     if differences:
-        write_status(f"{job.file_name()} was encoded with other values of {', '.join(differences)}")
+        write_status(
+            f"{job.file_name()} was encoded with different values of {', '.join(differences)}"
+        )
     psnr = _load_or_measure_psnr(job, data, folder / f"{job.file_name()}.psnr.json")
     return MeasuredStream(job, data, summary, psnr, differences)
 
@@ -68,7 +71,7 @@ def measure_first_frame_psnr(splats: Splats, stream: MeasuredStream) -> float:
 
 
 def _load_or_measure_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:
-    """Return the PSNR of each frame of a stream; load it if it was measured before."""
+    """Return the PSNR of each frame of a stream; load the values if they were measured before."""
     digest = hashlib.sha256(data).hexdigest()
     if path.is_file() and (saved := json.loads(path.read_text()))["sha256"] == digest:
         return tuple(saved["psnr"])

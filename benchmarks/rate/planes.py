@@ -1,8 +1,8 @@
 """Compresses the symbols of a stream with general-purpose compressors.
 
-Each frame is compressed separately, as in the stream: motion and births are separate blocks, and a
-canonical frame is one block. A block consists of rows of numbers; each row uses the narrowest
-signed integer type that can hold its numbers.
+Each frame is compressed separately, as in the stream. Motion and births of a frame are separate
+blocks; a canonical frame is a single block. A block consists of rows of numbers; each row uses the
+narrowest signed integer type that can hold its numbers.
 """
 
 import lzma
@@ -62,12 +62,12 @@ def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
 
 
 def pack_planes(rows: Iterable[Int64]) -> bytes:
-    """Return the bytes of rows, each in the narrowest signed integer type that can hold it."""
+    """Return the bytes of the rows; each row uses the narrowest signed type that can hold it."""
     return b"".join(_convert_to_narrowest_type(row).tobytes() for row in rows)
 
 
 def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
-    """Return the non-empty blocks of a frame by kind."""
+    """Return the blocks of a frame by kind; empty blocks are left out."""
     blocks = {}
     if frame.canonical is not None:
         blocks["canonical"] = pack_planes(_list_rows(frame.canonical))
@@ -90,8 +90,8 @@ def sum_compressed_bytes(frames: Iterable[FrameSymbols], compress: Compressor) -
 def sum_float_bytes(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
     """Return the size of all symbols as raw float32 in bytes, by kind.
 
-    A Gaussian with SH of degree 1 has 23 numbers. An anchor has 7, even if the stream does not code
-    the w component of its rotation.
+    A Gaussian with SH of degree 1 has 23 numbers. An anchor has 7 numbers, even if the stream does
+    not code the w component of its rotation.
     """
     sizes: Counter[Kind] = Counter()
     for frame in frames:
@@ -105,12 +105,12 @@ def sum_float_bytes(frames: Iterable[FrameSymbols]) -> dict[Kind, int]:
 
 
 def compress_lzma(block: bytes) -> bytes:
-    """Return a block compressed as with `xz -9e`, in the LZMA container with the least overhead."""
+    """Return a block compressed like `xz -9e`, in the container format with the least overhead."""
     return lzma.compress(block, format=lzma.FORMAT_ALONE, preset=9 | lzma.PRESET_EXTREME)
 
 
 def compress_zstd(block: bytes) -> bytes:
-    """Return a block compressed as with `zstd -19`, without checksum and content size.
+    """Return a block compressed like `zstd -19`, but without checksum and content size.
 
     Raises:
         ImportError: The package `zstandard` is not installed.
@@ -134,7 +134,7 @@ def _count_float_bytes(gaussians: Gaussians) -> int:
 
 
 def _convert_to_narrowest_type(row: Int64) -> np.ndarray:
-    """Return a row as little-endian integers in the fewest bytes each: 1, 2, 4 or 8."""
+    """Return a row as little-endian integers of the smallest size that fits: 1, 2, 4 or 8 bytes."""
     low, high = int(row.min(initial=0)), int(row.max(initial=0))
     types = [np.dtype(name) for name in ("<i1", "<i2", "<i4", "<i8")]
     fitting_types = [

@@ -29,7 +29,7 @@ _PACKAGES = ("numpy", "constriction", "torch", "numba", "zstandard", "fourdgs")
 
 @dataclass(frozen=True, slots=True)
 class Results:
-    """All results of a run; claims and points are keyed by the name of the capture."""
+    """All results of a run; claims and points are stored by name of the capture."""
 
     rows: list[Row] = field(default_factory=list)
     later_frame_counts: dict[tuple[str, str], int] = field(default_factory=dict)
@@ -90,9 +90,9 @@ def describe_machine(folder: Path) -> dict[str, object]:
 
 
 def _list_panels(results: Results, capture: str) -> dict[str, dict[str, float]]:
-    """Return the panels of a capture's plot as `{title: {format: KB}}`.
+    """Return the bars of each panel in the plot of a capture, as `{title: {format: KB}}`.
 
-    Raw floats, which are far larger, and formats without SH are left out.
+    Raw floats are left out because they are far larger, and so are formats without SH.
     """
     panels: dict[str, dict[str, float]] = {}
     for kind in KINDS:
@@ -115,7 +115,7 @@ def _plot_points(points: list[Point]) -> bytes:
 
 
 def _read_processor() -> str:
-    """Return the model of the processor, if possible as reported by Linux."""
+    """Return the model of the processor; on Linux, as `/proc/cpuinfo` names it."""
     try:
         lines = Path("/proc/cpuinfo").read_text().splitlines()
     except OSError:

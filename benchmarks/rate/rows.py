@@ -1,4 +1,4 @@
-"""Makes the rows of the rate table, which give a stream's size in this and other formats."""
+"""Makes the rows of the rate table: the size of a stream in this format and in other formats."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -25,7 +25,7 @@ class Row:
         capture: Name of the capture.
         preset: Preset of the stream.
         coder: Name of the format or compressor.
-        canonical: Bytes of canonical frames, or of a file with only the first frame.
+        canonical: Bytes of the canonical frames, or of a file with only the first frame.
         motion: Bytes of the anchors' residuals.
         snapshots: Bytes of snapshots.
         updates: Bytes of updates.
@@ -53,14 +53,14 @@ class Row:
 
 
 def list_own_rows(stream: MeasuredStream) -> list[Row]:
-    """Return the rows of the stream itself and of the estimate for its symbols."""
+    """Return the row of the stream itself, and that of the zero-order estimate for its symbols."""
     blank_row = _make_blank_row(stream)
     coded_bytes, psnr = stream.summary.coded_bytes(), stream.psnr
     estimate_bytes: dict[str, Any] = {
         kind: sum(frame.estimate_bytes[kind] for frame in stream.summary.frames) for kind in KINDS
     }
     remark = (
-        f"encoded with other values of {', '.join(stream.differences)}"
+        f"encoded with different values of {', '.join(stream.differences)}"
         if stream.differences
         else ""
     )
@@ -72,7 +72,7 @@ def list_own_rows(stream: MeasuredStream) -> list[Row]:
 
 
 def list_generic_rows(stream: MeasuredStream) -> list[Row]:
-    """Return the rows of general-purpose compressors and raw floats for the same symbols."""
+    """Return the rows of the same symbols in general-purpose compressors and as raw floats."""
     frames, blank_row = list(read_symbols(stream.data)), _make_blank_row(stream)
     rows = []
     for name, compress in COMPRESSORS.items():

@@ -1,7 +1,7 @@
-"""Encodes and measures a capture with variations of the default settings.
+"""Encodes a capture with variations of the default settings, and measures the streams.
 
-All variations start from the same canonical frame, which is trained once. Training it again for
-each of them would change the PSNR by tenths of a dB, which is more than most settings do.
+All variations start from the same canonical frame, which is trained once. If it were trained again
+for each variation, the PSNR would change by tenths of a dB, more than by most settings.
 """
 
 from collections.abc import Iterator, Sequence
@@ -28,7 +28,7 @@ _ANCHOR_FACTORS = (0.5, 2.0)
 
 
 def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
-    """Yield variations of the settings as a label and changed settings; the first has no change.
+    """Yield a label and the changed settings of each variation; the first changes nothing.
 
     The training of frame 0 does not depend on the changed settings.
 
@@ -76,9 +76,9 @@ def measure_sweep(job: Job, folder: Path) -> list[Point]:
 
 
 def make_hull_claim(points: Sequence[Point]) -> Claim:
-    """Return the claim that the first point, the default, is on the upper convex hull."""
+    """Return the claim that the first point (default settings) is on the upper convex hull."""
     gap = measure_gap_to_hull(points[0], find_upper_hull(points))
-    return Claim("distance of the default below the upper hull, dB", gap, 0.0)
+    return Claim("distance of the default settings below the upper hull, dB", gap, 0.0)
 
 
 def _change_step(config: EncoderConfig, factor: float) -> Changes:

@@ -74,7 +74,7 @@ def format_table(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
 
 
 def format_csv(records: Sequence[Mapping[str, object]]) -> bytes:
-    """Return CSV of records that all have the same keys; None becomes an empty cell."""
+    """Return the records as CSV; all must have the same keys, and None becomes an empty cell."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(records[0]) if records else [], lineterminator="\n")
     writer.writeheader()
