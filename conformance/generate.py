@@ -4,7 +4,7 @@
     python conformance/generate.py --check    write nothing; fail if anything differs
 
 The output is deterministic: it is computed without training, torch or random numbers.
-A released stream never changes; a test for another fault is a new stream.
+Released streams never change; to test another fault, add a new stream.
 """
 
 import argparse

@@ -83,7 +83,7 @@ def parse_arguments() -> argparse.Namespace:
 
 
 def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
-    """Run all cases that a decoder supports and `--only` selects."""
+    """Run the cases that the decoder supports and that `--only` selects."""
     suite = Suite.load(options.suite)
     capabilities = {} if options.alone else query_capabilities(options.decoder, limits)
     has_jobs = "jobs" in capabilities.get("capabilities", [])

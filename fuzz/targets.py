@@ -67,7 +67,7 @@ def fuzz_payloads(data: bytes) -> None:
 
 
 def fuzz_streams(data: bytes) -> None:
-    """Decode a stream from its start, from frame 1, with recovery, and from a pipe; also cut it."""
+    """Decode a stream from its start, from frame 1, with recovery and from a pipe; also cut it."""
     readers: tuple[Callable[[Source], object], ...] = (
         lambda source: list(decode(source)),
         lambda source: list(decode(source, 1)),
@@ -99,13 +99,13 @@ def _write_temporary_file(name: str, data: bytes) -> Iterator[Path]:
 
 
 def fuzz_ply(data: bytes) -> None:
-    """Read a PLY of points."""
+    """Read a PLY file of points."""
     with _write_temporary_file("points.ply", data) as path, suppress(CaptureError):
         read_points_ply(path)
 
 
 def fuzz_gaussians(data: bytes) -> None:
-    """Read a PLY of Gaussians."""
+    """Read a PLY file of Gaussians."""
     with suppress(ValueError):
         parse_ply(data)
 
@@ -123,7 +123,7 @@ def fuzz_fourdgs(data: bytes) -> None:
 
 
 def fuzz_sidecar(data: bytes) -> None:
-    """Read a `sequence.json`."""
+    """Read a `sequence.json` file."""
     with suppress(ValueError):
         parse_sidecar(data)
 
@@ -169,7 +169,7 @@ def fuzz_opencv_yaml(data: bytes) -> None:
 
 
 def fuzz_panoptic_json(data: bytes) -> None:
-    """Read a calibration of the Panoptic Studio."""
+    """Read a calibration file of the Panoptic Studio dataset."""
     with _write_temporary_file("calibration_a.json", data) as path, suppress(CaptureError):
         panoptic.read_cameras(path)
 
@@ -196,7 +196,7 @@ def fuzz_colmap_model(data: bytes) -> None:
 
 
 def fuzz_training(data: bytes) -> None:
-    """Read a checkpoint file of arrays."""
+    """Read the file of a checkpoint that holds arrays."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
     with (
         _write_temporary_file("a.training", data) as path,
@@ -207,7 +207,7 @@ def fuzz_training(data: bytes) -> None:
 
 
 def fuzz_marker(data: bytes) -> None:
-    """Read the marker of an output folder, and write into the folder."""
+    """Read the marker of an output folder, and write a file into the folder."""
     with _write_temporary_file(MARKER_NAME, data) as path:
         with suppress(OutputPathError):
             read_marker(path.parent)

@@ -74,8 +74,8 @@ class Change:
         symbols: Function that returns the symbols of an anchor.
         births: The births, in ascending order of their parents.
         deaths: Number of Gaussians that die.
-        previous_contexts: 1 if the motion of the previous frame provides contexts, otherwise 0.
-        choose_code: Function that returns the probability code to state for a context.
+        previous_contexts: 1 if contexts depend on the motion of the previous frame, otherwise 0.
+        choose_code: Function that chooses the probability code that a context states.
         motion_words: Words that replace the encoded words of the motion section.
         birth_words: Words that replace the encoded words of the births section.
         updates: Updates in ascending order of their Gaussians' indices.

@@ -23,7 +23,7 @@ from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_pat
 
 
 def make_container_faults(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of `streams/journey`."""
+    """Return the vectors of this module, as patches of `streams/journey`."""
     rows = [*_make_framing_faults(parent), *_make_type_faults(parent)]
     return [
         *make_faults_at(parent, FRAM_CHUNK, rows),
@@ -58,7 +58,7 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
             "5.2-2 5.2-5",
             "header-crc",
             15,
-            "one bit of a length is flipped, which adds 16 MiB",
+            "one bit of a length is flipped, which increases the length by 16 MiB",
         ),
         ("header-crc", "5.2-2", "header-crc", 16, "one bit of a header's CRC is flipped"),
         (
@@ -130,7 +130,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
         "mixed-case-ancillary": (b"caMe", "bad-chunk-type", "an uppercase third letter"),
         "last-case": (b"FRAm", "bad-chunk-type", "a lowercase fourth letter"),
         "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter outside ASCII"),
-        "bracket": (b"[RAM", "bad-chunk-type", "the byte after Z instead of a letter"),
+        "bracket": (b"[RAM", "bad-chunk-type", "the character [, which follows Z in ASCII"),
         "zeros": (bytes(4), "bad-chunk-type", "four zero bytes"),
     }
     for name, (kind, reject_ids, note) in type_faults.items():
@@ -232,7 +232,7 @@ def _make_fault_after_frames(
     frame_count: int,
     note: str,
 ) -> Vector:
-    """Return a vector to reject after `frame_count` frames; recovery is not tested."""
+    """Return a vector that decoders reject after `frame_count` frames, without recovery."""
     outcome = Outcome(parent.frames[:frame_count], tuple(reject_ids.split()))
     return make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
 
@@ -256,7 +256,7 @@ def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
             0,
         )
         outcome = Outcome(parent.frames[:frame_count], ("payload-crc",))
-        note = f"one bit of the payload of `{name}` is flipped; it is checked although ancillary"
+        note = f"one bit of the payload of `{name}` is flipped; ancillary chunks are checked too"
         vector = make_patched_vector(
             parent, f"invalid/payload-crc-of-{name}", "5.2-3 5.2-10", chunks, outcome, note
         )

@@ -24,7 +24,7 @@ _FIRST_CANONICAL_CHUNK = 2
 
 
 def make_damaged_vectors(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of `streams/journey`, except the cuts at every byte."""
+    """Return the vectors in damaged/ that are patches of `streams/journey`."""
     return [
         *_make_cut_vectors(parent),
         *_make_all_flip_vectors(parent),
@@ -36,7 +36,7 @@ def make_damaged_vectors(parent: ValidStream) -> list[Vector]:
 
 
 def make_cut_vector(parent: ValidStream, size: int, name: str, note: str) -> Vector:
-    """Return the parent cut after `size` bytes."""
+    """Return a vector with only the first `size` bytes of the parent."""
     offsets, chunks = parent.layout.offsets, parent.stream.chunks
     data = parent.layout.data[:size]
     if size < offsets[1]:
@@ -80,7 +80,7 @@ def _make_cut_vectors(parent: ValidStream) -> list[Vector]:
 
 
 def _make_all_flip_vectors(parent: ValidStream) -> list[Vector]:
-    """Return two streams for each chunk: a bit of its header or of its payload is flipped."""
+    """Return the two streams of `make_flip_vectors` for every chunk."""
     numbered_chunks = enumerate(parent.stream.chunks)
     return [
         vector
@@ -146,7 +146,7 @@ def _make_flip_vector(
 
 
 def _clear_lost_frames(gap: Gap) -> Gap:
-    """Return the gap with an unknown number of lost frames, as for a gap before the first frame."""
+    """Return the gap with `frames_lost` None, as required before the first decoded frame."""
     return Gap(gap.offset, gap.byte_count, gap.reject_ids, None)
 
 

@@ -131,7 +131,7 @@ def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
 
 
 def _list_seek_outcomes(name: str) -> tuple[tuple[int, Outcome], ...]:
-    """Return the expected output of seeking to frame 4 with a wrong INDX."""
+    """Return the expected output of seeking to frame 4, if the fault affects seeking."""
     is_misleading = name.startswith("index-") and name.endswith(_MISLEADING_SUFFIXES)
     return ((4, Outcome((), ("index-mismatch",))),) if is_misleading else ()
 

@@ -76,7 +76,7 @@ def make_damaged_vector(
     recovery: Recovery,
     note: str,
 ) -> Vector:
-    """Return a patch of a valid stream, with the expected output without and with recovery."""
+    """Return a patched valid stream with its expected output, without and with recovery."""
     return replace(
         make_patched_vector(parent, name, clauses, data, outcome, note), recover=recovery
     )

@@ -1,4 +1,4 @@
-"""Makes the fields of CANO, SNAP and FRAM chunks from hand-written records, and their states.
+"""Makes the payloads of CANO, SNAP and FRAM chunks, and their states, from hand-written records.
 
 The state is computed by `plain.decoder`, which follows SPEC.md in plain integers and shares no code
 with quarc_ref.
@@ -26,7 +26,7 @@ from plain.state import PlainState, Vector
 
 
 class _FrameEncoder(FrameDecoder):
-    """Computes the state of a frame from its fields, and encodes each section while reading it."""
+    """Computes the state of a frame from its fields; each section that it reads is encoded."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
@@ -68,7 +68,7 @@ def make_canonical(
         head: HEAD of the stream.
         frame: Ordinal of the frame.
         gaussians: Gaussians in any order; they are written in Morton order.
-        choose_code: Function that returns the probability code to state for a context.
+        choose_code: Function that chooses the probability code that a context states.
         overrides: Field values that replace the computed ones; if they violate a clause, the
             returned state is None.
     """
@@ -151,9 +151,9 @@ def make_snapshot(
         previous: State of the previous frame.
         survivors: Survivors in ascending order of their indices.
         newborn: New Gaussians in any order; they are written in Morton order.
-        choose_code: Function that returns the probability code to state for a context.
+        choose_code: Function that chooses the probability code that a context states.
         overrides: Field values that replace the computed ones; `survivors` replaces the words of
-            its section.
+            the survivors section.
     """
     frame, canonical_gaussians = previous.canonical or (0, [])
     positions = [g.position for g in newborn] or [(0, 0, 0)]

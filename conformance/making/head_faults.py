@@ -23,7 +23,7 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
         "magic": (b"\x88" + data[1:], "one bit of the first byte is flipped"),
         "magic-line-ends": (
             converted_magic + data[8:],
-            "line endings are converted, as when a file is transferred as text",
+            "line endings are converted, as in a file transfer in text mode",
         ),
         "magic-seven-bits": (b"\x09" + data[1:], "the highest bit of the first byte is cleared"),
         "magic-missing": (data[8:], "the stream begins with HEAD"),
@@ -78,7 +78,7 @@ def _list_version_faults(head: bytes) -> Iterable[HeadCase]:
         other_fields,
         reject_id,
         parse_clauses,
-        "version 2.0, with other fields",
+        "version 2.0, with different fields",
     )
 
 
@@ -119,7 +119,7 @@ def _list_size_faults(head: bytes) -> Iterable[HeadCase]:
 
 
 def make_head_faults(parent: ValidStream) -> list[Vector]:
-    """Return patches of `streams/brief` with a field of HEAD out of range."""
+    """Return patches of `streams/brief`, each with one field of HEAD out of range."""
     vectors = []
     for name, value in HEAD_FAULTS:
         head = replace(parent.stream.head, **{name: value})

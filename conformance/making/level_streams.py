@@ -26,7 +26,7 @@ _HEAD_FIELDS = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_an
 
 
 def make_levels() -> list[ValidStream]:
-    """Return the streams within the limits of their level."""
+    """Return the streams that are within the limits of their levels."""
     max_gaussians, max_births, _ = LEVEL_LIMITS[10]
     full_stream = _append_death_and_birth(
         Stream(Head(**_HEAD_FIELDS)).add_canonical(0, [_GAUSSIAN_AT_ORIGIN] * max_gaussians)
@@ -47,14 +47,14 @@ def make_levels() -> list[ValidStream]:
     streams = [
         make_valid_stream(
             "levels/10-updates",
-            "the maximum number of Gaussians of level 1.0; an update deletes one, one is born",
+            "as many Gaussians as level 1.0 allows; an update deletes one, another is born",
             "3.2-1 3.2-2 7.8",
             updated_stream.finish(),
             **REQUIRED_CAPABILITY,
         ),
         make_valid_stream(
             "levels/10-gaussians",
-            "the maximum number of Gaussians of level 1.0 in a few bytes; one dies, one is born",
+            "as many Gaussians as level 1.0 allows, in a few bytes; one dies, another is born",
             "3.2-1 3.2-2",
             full_stream.finish(),
         ),
@@ -88,7 +88,8 @@ def make_levels() -> list[ValidStream]:
 def _append_death_and_birth(stream: Stream) -> Stream:
     """Append a frame in which one of many equal Gaussians dies and another is born.
 
-    Nothing moves and all coded bits are 0, so 65536 Gaussians need not be decoded to write it.
+    Nothing moves and all coded bits are 0, so the frame can be written without decoding
+    65536 Gaussians.
     """
     previous = stream.states[0]
     assert previous is not None
@@ -105,7 +106,7 @@ def _append_death_and_birth(stream: Stream) -> Stream:
 def _append_update_and_birth(stream: Stream) -> Stream:
     """Append a frame in which an update deletes one of many equal Gaussians and another is born.
 
-    The updates section codes planes of 65536 Gaussians, but is written without decoding them.
+    Only the updates section is encoded by the slow coder; the state is computed directly.
     """
     previous = stream.states[0]
     assert previous is not None
@@ -125,7 +126,7 @@ def _append_update_and_birth(stream: Stream) -> Stream:
 
 
 def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
-    """Return streams, made on demand, with payloads at the limit of a level or 1 byte longer."""
+    """Return streams with payloads at the limit of a level or 1 byte longer, made on demand."""
     vectors = []
     for level, (_, _, size) in LEVEL_LIMITS.items():
         parent = next(
@@ -152,7 +153,10 @@ def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
 
 
 def _make_zero_splices(parent: ValidStream, data: bytes, zeros: int) -> tuple[Splice, ...]:
-    """Return a patch of the parent that stores the zeros of the payload as one repeated byte."""
+    """Return the splices that turn the parent into this stream.
+
+    The zeros of the payload are stored as one repeated byte.
+    """
     offset = parent.layout.offsets[1]
     header, data_after = data[offset : offset + 20], data[offset + 20 + zeros :]
     parent_tail_size = len(parent.layout.data) - offset

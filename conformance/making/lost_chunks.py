@@ -97,7 +97,7 @@ def _drop_both_ends(parent: ValidStream) -> Vector:
 
 
 def _reject_two_canonicals(parent: ValidStream) -> Vector:
-    """Return a stream with two invalid CANO; recovery resumes at the second and rejects it too."""
+    """Return a stream with two invalid CANO chunks; recovery fails at the second too."""
     chunks = list(parent.stream.chunks)
     for frame in (3, 6):
         payload = parent.stream.payloads[frame]
@@ -138,7 +138,7 @@ def _list_frames_after(parent: ValidStream, chunk_index: int) -> list:
 
 
 def _join_chunks(parent: ValidStream, *order: int) -> bytes:
-    """Return the stream with its chunks in another order and unchanged sequence numbers."""
+    """Return the stream with its chunks in the given order; they keep their sequence numbers."""
     data, offsets = parent.layout.data, parent.layout.offsets
     return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
 
@@ -168,7 +168,7 @@ def make_order_vectors(parent: ValidStream) -> list[Vector]:
             4,
             [*frames[:4], *frames[6:]],
             Gap(offsets[6], sum(sizes[5:9]), ("sequence",), 2),
-            "a CANO is repeated, so the second has an earlier sequence number than expected",
+            "a CANO is repeated, so the second one has a lower sequence number than expected",
         ),
         "segments": (
             (0, 1, 2, 3, 4, 9, 10, 11, 12, 5, 6, 7, 8, 13, 14),

@@ -80,8 +80,10 @@ def _make_symbol_streams() -> list[ValidStream]:
     uneven_stream.add_canonical(0, make_cloud(41, 9, limit=400)).add_frame(
         Change(make_moving_symbols(6, 8))
     ).finish()
-    wide_note = "symbols of many magnitudes, which use all context classes of magnitudes"
-    uneven_note = "numbers of anchors that must be rounded (gaussians_per_anchor 4, anchor_ratio 3)"
+    wide_note = "symbols of so many magnitudes that all context classes of magnitudes occur"
+    uneven_note = (
+        "the numbers of anchors are rounded quotients (gaussians_per_anchor 4, anchor_ratio 3)"
+    )
     limit_note = "symbols of magnitude 65 at all levels"
     return [
         make_valid_stream(

@@ -63,7 +63,7 @@ _CANONICAL_FIELDS: tuple[FieldFault, ...] = (
 
 
 def make_payload_faults(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of `streams/journey`."""
+    """Return the vectors of this module, as patches of `streams/journey`."""
     return [
         *make_faults_at(parent, FRAM_CHUNK, _list_frame_faults(parent)),
         *make_faults_at(parent, FRAM_CHUNK, list_word_faults(parent)),
@@ -120,7 +120,7 @@ def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
 def _list_size_faults(
     parent: ValidStream, chunk_index: int, name: str, empty_size: int, extra_bytes: int
 ) -> Iterable[Row]:
-    """Yield a payload without its last byte, one of a few bytes, and one that is too long."""
+    """Yield streams with a payload without its last byte, of a few bytes, or that is too long."""
     payload = parent.stream.chunks[chunk_index].payload or b""
     kind = parent.stream.chunks[chunk_index].kind.decode()
     sizes = {
@@ -135,7 +135,7 @@ def _list_size_faults(
             payload + bytes(extra_bytes),
             "5-2",
             "trailing-data",
-            f"{kind} is too long by {extra_bytes} B",
+            f"{kind} is {extra_bytes} B too long",
         ),
     }
     for suffix, (changed_payload, clauses, reject_ids, note) in sizes.items():

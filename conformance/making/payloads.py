@@ -133,7 +133,7 @@ def pack_cameras(*cameras: bytes) -> bytes:
 def pack_camera(
     name: bytes = b"left", size: tuple[int, int] = (64, 48), near: float = 0.5
 ) -> bytes:
-    """Return the bytes of a camera whose distance from the origin is two units."""
+    """Return the bytes of a camera that is two units away from the origin."""
     numbers = (50.0, 50.0, 32.0, 24.0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 2, near)
     return bytes([len(name)]) + name + struct.pack("<BII17f", 1, *size, *numbers)
 

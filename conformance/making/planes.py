@@ -145,7 +145,7 @@ _SURVIVOR_FIELDS = (range(3), range(3, 7), range(7, 10), range(10, 11), range(11
 def _make_field_mask(
     numbers: Sequence[int] | None, field_mask: int | None, field_rows: Sequence[range]
 ) -> int:
-    """Return `field_mask`; if it is None, return a mask of the fields with a nonzero number."""
+    """Return `field_mask` or, if it is None, the mask of the fields with a nonzero number."""
     if field_mask is not None or numbers is None:
         return field_mask or 0
     has_nonzero = (any(numbers[row] for row in field) for field in field_rows)

@@ -13,13 +13,13 @@ _FRAME_4_CHUNK, _FRAME_8_CHUNK = 7, 12
 
 
 def make_recovery_rules(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of `streams/journey`."""
+    """Return the vectors of this module, as patches of `streams/journey`."""
     return [
         *_make_unknown_critical(parent),
         *_make_frame_before_canonical(parent),
         *_make_index_rules(parent),
         *_make_tail_rules(parent),
-        _make_earlier_sequence_number(parent),
+        _make_earlier_sequence_vector(parent),
     ]
 
 
@@ -93,7 +93,7 @@ def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
     with_index_inside = [*stream.chunks[:5], Chunk(b"INDX", None), *stream.chunks[5:]]
     offset = assemble(with_index_inside).offsets[6]
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
-    note = "a CANO after INDX, at which decoding resumes"
+    note = "decoding resumes at a CANO that follows INDX"
     outcome = Outcome(frames[:3], ("chunk-order",))
     yield _make_rule_vector(
         parent, "canonical-behind-index", "5.1-6", with_index_inside, outcome, recovery, note
@@ -150,7 +150,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
     )
 
 
-def _make_earlier_sequence_number(parent: ValidStream) -> Vector:
+def _make_earlier_sequence_vector(parent: ValidStream) -> Vector:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     offset, payload = offsets[_FRAME_4_CHUNK], data[offsets[9] + 20 : offsets[10] - 4]
     junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK - 1, payload)

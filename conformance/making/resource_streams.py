@@ -1,4 +1,4 @@
-"""resource/: small inputs that require much time or memory (SPEC 13)."""
+"""resource/: small inputs for which a careless decoder needs much time or memory (SPEC 13)."""
 
 import zlib
 from dataclasses import replace
@@ -62,7 +62,7 @@ def _make_huge_length_vectors(journey: ValidStream, unlimited: ValidStream) -> l
             data_before + pack_chunk_header(b"FRAM", 7, max_u32),
             journey.frames[:4],
             ("chunk-exceeds-level",),
-            "only the header of a FRAM of 2^32 - 1 bytes",
+            "the stream ends after the header of a FRAM of 2^32 - 1 bytes",
         ),
         (
             journey,
@@ -70,7 +70,7 @@ def _make_huge_length_vectors(journey: ValidStream, unlimited: ValidStream) -> l
             head_data,
             [],
             ("chunk-exceeds-level",),
-            "only the header of a HEAD of 2^32 - 1 bytes",
+            "the stream ends after the header of a HEAD of 2^32 - 1 bytes",
         ),
         (
             unlimited,
@@ -78,7 +78,7 @@ def _make_huge_length_vectors(journey: ValidStream, unlimited: ValidStream) -> l
             unlimited.layout.data[:end_offset] + pack_chunk_header(b"FRAM", 2, max_u32) + bytes(99),
             unlimited.frames[:1],
             ("truncated",),
-            "the first 99 payload bytes of a FRAM of 2^32 - 1 bytes, at the unlimited level",
+            "the stream ends after 99 of 2^32 - 1 payload bytes of a FRAM, at the unlimited level",
         ),
     ]
     return [

@@ -65,13 +65,13 @@ def make_moving_symbols(
 
 
 def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> Symbols:
-    """Return symbols for the listed anchors, as (level, anchor, symbols); no other anchor moves."""
+    """Return symbols for the given (level, anchor, symbols); no other anchor moves."""
     symbols_by_anchor = {(level, anchor): symbols for level, anchor, symbols in entries}
     return lambda level, anchor: symbols_by_anchor.get((level, anchor))
 
 
 def choose_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int:
-    """Return a code that varies with the context and makes the more frequent bit more probable."""
+    """Return a probability code that varies with the context and favors the more frequent bit."""
     base = 60 + 3 * context % 59
     return base + 120 if ones > zeros else base
 

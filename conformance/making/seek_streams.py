@@ -13,7 +13,7 @@ _REQUESTED_FRAME = 7
 
 
 def make_seek_faults(parent: ValidStream) -> list[Vector]:
-    """Return all vectors, as patches of `streams/journey`."""
+    """Return the vectors of this module, as patches of `streams/journey`."""
     return [
         *_make_offset_faults(parent),
         *_make_index_faults(parent),
@@ -75,14 +75,14 @@ def _make_wrong_index(
     decode_reject_id: str,
     note: str,
 ) -> Vector:
-    """Return a stream rejected at once when seeking, but only after all frames when decoding."""
+    """Return a stream that seeking rejects at once, and decoding only after all frames."""
     outcome = Outcome(parent.frames, (decode_reject_id,))
     vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
     return replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("index-mismatch",))),))
 
 
 def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a fault before the seek point, which seeking skips, or in HEAD or INDX."""
+    """Yield streams with a fault that seeking skips, or with a fault in HEAD or INDX."""
     frames, stream = parent.frames, parent.stream
     faults = {
         "payload": (

@@ -164,7 +164,7 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         chunks = make_chunks([Survivor(i, tuple(values))])
         yield name, "7.9-5 4.1-1", "code-range", chunks, f"the magnitude of {name} is above 32767"
     with_wrong_rotation = make_chunks([Survivor(0, make_differences(rotation=(1, 256, 1, 0)))])
-    note = "a rotation whose norm is just too large"
+    note = "a rotation whose norm is slightly above 1"
     yield "rotation", "7.9-5", "rotation-range", with_wrong_rotation, note
     with_wrong_rotation = make_chunks([Survivor(0, make_differences(rotation=(0, 600, 0, 0)))])
     yield (
@@ -178,7 +178,13 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
     chunks = parent.stream.replace_chunk(
         _SNAP_CHUNK, payload=replace(other_snapshot, state_crc=1).pack()
     )
-    yield "of-another-frame", "9.2-1", "state-crc", chunks, "the content and the CRC do not match"
+    yield (
+        "of-another-frame",
+        "9.2-1",
+        "state-crc",
+        chunks,
+        "the state CRC does not match the snapshot",
+    )
 
 
 def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
@@ -222,7 +228,7 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams whose INDX has wrong information about snapshots."""
+    """Yield streams whose INDX has missing or wrong seek points."""
     chunks, offsets = parent.stream.chunks, parent.layout.offsets
     chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
     frames = [0, 3, 6, 8, 10]
@@ -249,7 +255,7 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(swapped_points))
     name, note = (
         "a-snapshot",
-        "the seek point of the CANO to which a snapshot refers is that of a snapshot",
+        "the seek point of the CANO to which a snapshot refers has the offset of a snapshot",
     )
     vector = make_patched_vector(
         parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note

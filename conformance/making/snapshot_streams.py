@@ -28,7 +28,7 @@ _SCENE = make_cloud(10, 60, 0, limit=30)
 
 
 def make_snapshot_streams() -> list[ValidStream]:
-    """Return the streams."""
+    """Return the valid streams with snapshots."""
     return [
         make_snapshots_journey(),
         *_make_field_streams(),
@@ -39,7 +39,7 @@ def make_snapshot_streams() -> list[ValidStream]:
 
 
 def make_snapshots_journey() -> ValidStream:
-    """Return the parent of snapshot faults; frames 0 and 8 are CANO, frames 3, 6 and 10 SNAP."""
+    """Return the parent of snapshot faults; frames 0 and 8 are CANO, 3, 6 and 10 are SNAP."""
     stream = Stream(make_snapshot_head(level_count=2)).add_chunk(
         b"came", pack_cameras(pack_camera())
     )
@@ -53,7 +53,7 @@ def make_snapshots_journey() -> ValidStream:
             births = make_newborn([1, 4], frame) if frame % 2 else ()
             stream.add_frame(Change(make_moving_symbols(6, frame), births, deaths=frame % 2))
     stream.finish(index=True)
-    without_seek = _make_snapshot_stream("journey", "the parent of faults", "", stream)
+    without_seek = _make_snapshot_stream("journey", "", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 12))
     note = "CANO 0 and 8, snapshots 3, 6 and 10, motion, births, deaths, INDX"
     clauses = "11.2-1 11.2-4 11.2-5 5.9-1 5.8-1 8.9"
@@ -70,7 +70,7 @@ def _make_snapshot_stream(
 
 
 def _append_frames(stream: Stream, frames: int = 3) -> Stream:
-    """Append frames with motion, whose states depend on ids and contexts; finish the stream."""
+    """Append frames with motion, which reveal wrong ids and contexts; finish the stream."""
     channels = 3 + stream.head.rotation_components
     for frame in range(frames):
         stream.add_frame(Change(make_moving_symbols(channels, frame)))
@@ -96,7 +96,7 @@ def _make_field_streams() -> list[ValidStream]:
     rotation_stream.add_snapshot(
         Survivor(i, make_differences(rotation=(i % 4, 3 * i - 9, 7, i))) for i in range(8)
     )
-    note = "rotations with another index j, whose components are coded without prediction"
+    note = "rotations whose index j changes, so that their components are coded without prediction"
     return [*streams, _make_snapshot_stream("turned", note, "7.9 8.9", rotation_stream.finish())]
 
 
@@ -242,7 +242,7 @@ def _make_plane_streams() -> list[ValidStream]:
         ),
         _make_snapshot_stream(
             "roomy-box",
-            "axis_bits and the distance of the origin are larger than needed",
+            "axis_bits is larger, and the origin farther away, than needed",
             "8.5-1",
             _append_frames(roomy_stream),
         ),

@@ -21,7 +21,7 @@ from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 from plain.state import PlainState
 
 _ROTATION_ONE = 1 << 8  # 2^rotation_bits of the journey
-_WRONG_COLOR_NOTE = "32768, computed from its difference from green"
+_WRONG_COLOR_NOTE = "32768, the sum of green and the coded difference"
 WrongGaussian = tuple[str, str, str, dict[str, Any], str]
 """Name, clauses, reject id, changed fields of a coded Gaussian, and description."""
 
@@ -39,7 +39,7 @@ _WRONG_BIRTHS: tuple[WrongGaussian, ...] = (
     ),
     (
         *("newborn-rotation", "7.6-4", "rotation-range", {"rotation": (0, _ROTATION_ONE, 1, 0)}),
-        "a rotation whose norm is just too large",
+        "a rotation whose norm is slightly above 1",
     ),
     (
         *(
@@ -54,7 +54,7 @@ _WRONG_BIRTHS: tuple[WrongGaussian, ...] = (
 _WRONG_ROTATIONS: tuple[WrongGaussian, ...] = (
     (
         *("rotation", "7.2-6", "rotation-range", {"rotation": (2, _ROTATION_ONE, 0, 1)}),
-        "a rotation whose norm is just too large",
+        "a rotation whose norm is slightly above 1",
     ),
     (
         *(
@@ -110,7 +110,7 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
     with_zero_rotation_sum = _replace_frame(
         parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0])
     )
-    note = "w residuals that make all components of a rotation sum 0"
+    note = "a sum of rotation residuals whose components are all 0"
     yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_zero_rotation_sum, note
     note = "the parent is a Gaussian born in the same frame"
     yield "parent-beyond", "7.6-1", "parent-range", make_chunks(parent=count), note
@@ -120,7 +120,7 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
         yield name, "7.6-3", "code-range", make_chunks(codes=wrong_codes), note
     wrong_scales, note = (
         (-32767, -32766, -32768, *codes[3:]),
-        "a log-scale is -32768, computed from differences",
+        "a log-scale is -32768, the sum of coded differences",
     )
     yield "newborn-scale", "7.6-3", "code-range", make_chunks(codes=wrong_scales), note
 
@@ -230,7 +230,7 @@ _MOTION_FAULTS: dict[str, tuple[list[int], str]] = {
 
 
 def make_motion_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams whose last frame moves or adds a Gaussian outside the lattice."""
+    """Return streams whose last frame moves a Gaussian out of the lattice, or adds one there."""
     previous = parent.stream.states[-1]
     assert previous is not None
     x_positions = [g.position[0] for g in previous.gaussians]

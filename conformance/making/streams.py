@@ -56,7 +56,7 @@ class Chunk:
     skipped_numbers: int = 0
 
     def pack(self, number: int, payload: bytes) -> bytes:
-        """Return the bytes of the chunk, given its number in the stream."""
+        """Return the bytes of the chunk, given its correct sequence number and its payload."""
         sequence = number if self.sequence is None else self.sequence
         header = pack_chunk_header(self.kind, sequence, len(payload))
         data = header + payload + struct.pack("<I", zlib.crc32(payload))

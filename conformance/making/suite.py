@@ -86,7 +86,7 @@ def _make_cut_vectors(brief: ValidStream) -> Iterable[Vector]:
 
 
 def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[Vector]:
-    """Return streams with a frame that exceeds its level or the largest ordinal."""
+    """Return streams with a frame beyond the limits of its level or the largest ordinal."""
     from making.streams import Chunk
 
     last_ordinals, full_level = (
@@ -118,7 +118,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
 
 
 def _add_number_digests(valid_stream: ValidStream) -> Vector:
-    """Return the vector of a stream, with digests of dequantized frames if the stream is small."""
+    """Return the vector of a stream; for a small one, add digests of dequantized frames."""
     states = [state for state in valid_stream.stream.states if state is not None]
     if sum(len(state.gaussians) for state in states) > 500:
         return valid_stream.vector
@@ -129,7 +129,7 @@ def _add_number_digests(valid_stream: ValidStream) -> Vector:
 
 
 def _hash_dequantized_state(head: Head, state: PlainState) -> str:
-    """Return the SHA-256 of the dequantized state as binary32 numbers (SPEC 10.1)."""
+    """Return the SHA-256 of the dequantized state, whose numbers are binary32 (SPEC 10.1)."""
     steps = (
         [2.0**-head.lattice_exponent] * 3
         + [2.0**-22] * 4

@@ -9,7 +9,7 @@ from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_trap_streams
 from making.vectors import ValidStream
 
-_TIED_SEED = 5546942  # found by search: at phase 1 the ids 1 and 56 draw one word
+_TIED_SEED = 5546942  # found by search: at phase 1, ids 1 and 56 have the same random word
 
 
 def make_anchor_traps() -> list[ValidStream]:
@@ -29,14 +29,14 @@ def make_anchor_traps() -> list[ValidStream]:
 
 
 def make_one_position() -> Stream:
-    """All Gaussians are at one position, so all distances tie and even anchors follow others."""
+    """All Gaussians are at one position, so all distances are 0; anchors follow other anchors."""
     stream = Stream(Head(sh_degree=0)).add_canonical(0, [CodedGaussian((7, 7, 7))] * 11)
     return stream.add_frame(make_distinct_motion()).add_frame(Change(make_moving_symbols(6, 1)))
 
 
 def make_equally_near_anchors() -> Stream:
-    """On a grid around the origin, many anchors are equally near, and positions have both signs."""
-    grid = [CodedGaussian(place) for place in product((-1, 0, 1), repeat=3)]
+    """On a grid around the origin, several anchors are equally near; positions have both signs."""
+    grid = [CodedGaussian(position) for position in product((-1, 0, 1), repeat=3)]
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=3)).add_canonical(0, grid)
     stream.add_frame(make_distinct_motion()).add_frame(
         Change(make_moving_symbols(6, 5), make_newborn([0, 13, 26], 1, 0))
@@ -96,7 +96,7 @@ def make_ranks_by_phase() -> Stream:
 
 
 def make_equal_ranks() -> Stream:
-    """Two Gaussians draw the same random word, and only the one with the lower id is an anchor."""
+    """Two Gaussians have the same random word, and only the one with the lower id is an anchor."""
     stream = Stream(Head(sh_degree=0, seed=_TIED_SEED, gaussians_per_anchor=8))
     # Four positions: after the anchors of their cells, only one of the two ids is needed.
     stream.add_canonical(0, [CodedGaussian((40 * (i // 16), 0, 0)) for i in range(57)])

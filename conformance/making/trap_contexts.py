@@ -44,7 +44,7 @@ def make_moving_anchors_without_symbols() -> Stream:
 
 
 def make_counted_planes_without_words() -> Stream:
-    """The planes of sections without words update the counts, too."""
+    """The planes of a section that has no words are added to the counts."""
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(30, 13, limit=300))
     for _ in range(5):
         stream.add_frame()

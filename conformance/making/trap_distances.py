@@ -32,7 +32,7 @@ def _make_corners() -> list[CodedGaussian]:
 
 
 def make_lattice_corners() -> Stream:
-    """Gaussians at the corners of the lattice have the largest possible distances."""
+    """At the corners of the lattice, Gaussians are as far apart as possible."""
     stream = Stream(Head(sh_degree=0, position_step=_STEP, gaussians_per_anchor=4))
     stream.add_canonical(
         0, [*_make_corners(), CodedGaussian((0, 0, 0)), CodedGaussian((_EDGE, 0, -_EDGE))]
@@ -53,7 +53,7 @@ def make_birth_at_lattice_edge() -> Stream:
 
 
 def make_nearly_equal_distances() -> Stream:
-    """Squared distances above 2^46 differ by a few thousand, and would be equal in binary32."""
+    """Squared distances above 2^46 differ by a few thousand; in binary32 they would be equal."""
     cluster_positions = [
         (-1, -y, -z) for y, z in ((9, 1), (7, 3), (8, 1), (5, 1), (4, 2), (6, 2), (9, 4))
     ]

@@ -54,7 +54,7 @@ def make_signed_opacities() -> Stream:
 
 
 def make_deaths_of_newborn() -> Stream:
-    """New Gaussians die in the next frame before they are bound, even if it samples anchors."""
+    """New Gaussians die in the next frame before binding, even if that frame samples anchors."""
     symbols = make_distinct_symbols()
     stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE_SCENE)
     stream.add_frame(Change(symbols, (_FAINT_BIRTH, _BRIGHT_BIRTH))).add_frame(
@@ -69,7 +69,7 @@ def make_deaths_of_newborn() -> Stream:
 
 
 def make_newborn_bound_before_motion() -> Stream:
-    """New Gaussians are bound at their positions before the motion, to anchors as sampled."""
+    """New Gaussians are bound by their positions before the motion, to the sampled anchors."""
     head = Head(sh_degree=0, resample_interval=9, gaussians_per_anchor=1)
     stream = Stream(head).add_canonical(0, _EQUALLY_OPAQUE_SCENE)
 
@@ -109,7 +109,7 @@ def make_anchors_of_dead_gaussians() -> Stream:
 
 
 def make_ids_that_are_not_reused() -> Stream:
-    """The Gaussians with the highest ids die, but the next birth does not reuse their ids."""
+    """After the Gaussians with the highest ids die, the next birth does not reuse their ids."""
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(0, _EQUALLY_OPAQUE_SCENE)

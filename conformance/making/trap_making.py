@@ -1,4 +1,4 @@
-"""Makes vectors from the functions of traps, and makes motion that several traps use."""
+"""Makes vectors from the functions of traps, and motion that several traps share."""
 
 from collections.abc import Callable, Iterable
 from typing import Any

@@ -89,7 +89,7 @@ def make_updates_that_keep_anchors() -> Stream:
 
 
 def make_updates_before_births() -> Stream:
-    """Parent indices are counted after updates, and parent positions are the updated ones."""
+    """Parent indices and parent positions are those after the updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, None), Update(1, make_residuals(translation=(5, 5, 5))), Update(4, None))
     return stream.add_frame(
@@ -141,7 +141,7 @@ def make_recent_updates_without_fields() -> Stream:
 
 
 def make_maximum_recency() -> Stream:
-    """A change three or more frames ago counts like no change at all."""
+    """A change three or more frames ago has the same recency as no change at all."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(1, make_residuals(opacity=1)),)))
     for _ in range(4):
@@ -181,7 +181,7 @@ def make_rotations_by_one_unity() -> Stream:
 
 
 def make_rotations_on_the_right() -> Stream:
-    """Rotations are multiplied on the right, first by that of the anchors, then by the update's."""
+    """Rotations are multiplied on the right, first by the motion, then by the updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, make_cloud(8, 91, 0))
     rotation_updates = tuple(
         Update(i, make_residuals(rotation=(50, -20 * i, 3 * i))) for i in range(8)

@@ -138,7 +138,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         "9.2-1",
         "state-crc unconsumed-words",
         chunks,
-        "updates of another frame",
+        "the updates section is that of another frame",
     )
 
 
@@ -246,7 +246,7 @@ def _list_faults_without_feature(journey: ValidStream) -> Iterable[Row]:
 
 
 def _make_position_faults(updates_far: ValidStream) -> Iterable[Vector]:
-    """Yield `streams/updates-far` with an additional frame that moves a Gaussian out of range."""
+    """Yield `streams/updates-far` plus a frame that moves a Gaussian out of the lattice."""
     previous = _get_previous_state(updates_far, -1)
     positions = [g.position for g in previous.gaussians]
     step = updates_far.stream.head.translation_step

@@ -37,7 +37,7 @@ def make_update_streams() -> list[ValidStream]:
 
 
 def make_updates_journey() -> ValidStream:
-    """Return the parent of update faults; of its frames 0 to 8, frames 0, 3 and 6 are canonical."""
+    """Return the parent of update faults; frames 0, 3 and 6 of its 9 frames are canonical."""
     head = make_update_head(rotation_components=4, sh_degree=1, level_count=2)
     stream = Stream(head).add_chunk(b"came", pack_cameras(pack_camera()))
     for frame in (0, 3, 6):
@@ -58,7 +58,7 @@ def make_updates_journey() -> ValidStream:
         )
         stream.add_frame(change)
     stream.finish(index=True)
-    without_seek = _make_update_stream("journey", "the parent of faults", "", stream)
+    without_seek = _make_update_stream("journey", "", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 9))
     note = "canonical frames 0, 3 and 6, motion, updates, births, deaths, INDX"
     return _make_update_stream("journey", note, "11.2-1 8.8", stream, seek=seek, grow=True)
@@ -173,7 +173,7 @@ def _make_extreme_streams() -> list[ValidStream]:
 
 
 def append_frame_at_edge(stream: Stream) -> Stream:
-    """Append a frame that moves a Gaussian back from the edge, and finish the stream."""
+    """Append a frame that moves a Gaussian away from the edge, and finish the stream."""
     return stream.add_frame(
         Change(updates=(Update(0, make_residuals(translation=(-3, 3, 0))),))
     ).finish()
@@ -319,7 +319,7 @@ def _make_plane_streams() -> list[ValidStream]:
         ),
         _make_update_stream(
             "without-fields",
-            "updates without changed fields, and changed fields with residuals of only 0",
+            "updates without changed fields, and changed fields whose residuals are all 0",
             "8.8",
             unchanged_stream,
         ),

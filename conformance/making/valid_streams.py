@@ -34,9 +34,7 @@ def make_journey() -> ValidStream:
             Change(make_moving_symbols(7, frame + 2), make_newborn([2, 7], frame), deaths=1)
         )
     stream.finish(index=True)
-    without_seek = make_valid_stream(
-        "streams/journey", "a little of everything; the parent of most faults", "", stream
-    )
+    without_seek = make_valid_stream("streams/journey", "", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 9))
     note = "canonical frames 0, 3 and 6, motion, births, deaths, ancillary chunks, INDX"
     return make_valid_stream(
@@ -45,7 +43,7 @@ def make_journey() -> ValidStream:
 
 
 def make_brief() -> ValidStream:
-    """Return the stream that is cut at every byte: three frames of one Gaussian."""
+    """Return a stream of three frames of one Gaussian, which is later cut at every byte."""
     stream = Stream(Head(level_count=1, sh_degree=0)).add_canonical(0, [CodedGaussian((3, -2, 1))])
     stream.add_frame(Change(select_symbols((1, 0, [1, 0, 0, 0, 0, 2]))))
     stream.add_frame(Change(select_symbols((1, 0, [0, -1, 0, 0, 0, 0])))).finish()
@@ -107,7 +105,7 @@ def _make_metadata_stream() -> ValidStream:
     stream.add_chunk(b"came", pack_cameras(_CAMERA, _CAMERA)).add_canonical(0, make_cloud(3))
     stream.add_chunk(b"meta", meta).add_chunk(b"came", pack_cameras()).add_frame()
     stream.add_chunk(b"came", pack_cameras(_CAMERA)).add_chunk(b"meta", meta).finish()
-    note = "several `came` and `meta` in different places; U+0000 and an empty key in `meta`"
+    note = "several `came` and `meta` chunks in different places; U+0000 and an empty key in `meta`"
     return make_valid_stream("streams/cameras-and-metadata", note, "5-4", stream)
 
 
@@ -258,7 +256,7 @@ def _make_scene_streams() -> list[ValidStream]:
         ),
         make_valid_stream(
             "streams/rotations",
-            "rotations with a j that is not the largest component, and components at their limit",
+            "rotations whose component j is not the largest, and components at their limit",
             "7.2-5 7.2-6",
             Stream(Head()).add_canonical(0, rotated).finish(),
         ),
@@ -285,7 +283,7 @@ def _make_scene_streams() -> list[ValidStream]:
         ),
         make_valid_stream(
             "streams/roomy-box",
-            "axis_bits and the distance of the origin are larger than needed",
+            "axis_bits is larger, and the origin farther away, than needed",
             "8.5-1",
             Stream(Head())
             .add_canonical(0, make_cloud(5), origin=(-90, -80, -70), axis_bits=19)

@@ -148,7 +148,7 @@ class Vector:
 
 
 def find_splices(parent: bytes, child: bytes) -> tuple[Splice, ...]:
-    """Return splices that turn the parent into the child; only one if their sizes differ."""
+    """Return the splices that turn the parent into the child; if their sizes differ, only one."""
     if len(parent) == len(child):
         return tuple(_find_equal_size_splices(parent, child))
     min_size = min(len(parent), len(child))

@@ -26,7 +26,7 @@ _WRONG_KEY_DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
         "keys-add-up",
         "8.5-1",
         [1 << 59] * 3,
-        "differences that are inside the box but whose sum is not",
+        "each difference is inside the box, but their sum is outside",
     ),
     ("keys-first-outside", "8.5-1", [1 << 60], "the first key is 2^60"),
 )
@@ -87,7 +87,7 @@ def list_key_faults(parent: ValidStream) -> Iterable[Row]:
     assert isinstance(canonical, Canonical)
     boxes = {
         "keys-beyond-box": (canonical.axis_bits - 1, "a position outside its box"),
-        "keys-in-no-box": (0, "several positions although the box holds only one"),
+        "keys-in-no-box": (0, "several positions in a box that has room for only one"),
     }
     for name, (bits, note) in boxes.items():
         yield name, "8.5-1", "symbol-range", replace_frame_fields(parent, 3, axis_bits=bits), note

@@ -14,7 +14,10 @@ from plain.planes import PlainSection
 WEIGHT_TOTAL = 1 << 24
 Bits = list[int]
 CodeChoice = Callable[[str, int, int, int], int | None]
-"""Function of (model, context, zeros, ones) that returns the probability code to state, or None."""
+"""Function of (model, context, zeros, ones) that chooses the probability code that is stated.
+
+It returns None if the context states no code.
+"""
 
 
 def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
@@ -34,11 +37,11 @@ def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
 
 @dataclass
 class Planes:
-    """The bits of every plane of a section, and the probability codes to state.
+    """The bits of every plane of a section, and the choice of stated probability codes.
 
     Attributes:
         bits: Bits of each plane, in the order of the planes.
-        choose_code: Function that returns the probability code to state for a context, or None.
+        choose_code: Function that chooses the probability code that a context states.
     """
 
     bits: list[Bits]
@@ -90,7 +93,7 @@ class WritingSection(PlainSection):
 
     def close(self) -> None:
         """Encode the collected bits into `written_words`."""
-        assert next(self._planes, None) is None, "planes are left"
+        assert next(self._planes, None) is None, "planes remain"
         self.written_words = encode(self._coded)
 
 

@@ -79,7 +79,7 @@ def check_clause_ids(spec: str) -> None:
 
 
 def check_reject_ids_of_clauses(spec: str) -> None:
-    """Check that each reject id is in a clause of a section that the table of reject ids lists."""
+    """Check that each reject id occurs in a section that the table of reject ids lists for it."""
     table_sections = {row[0]: row[2] for row in spec_text.read_table(spec, "rejects")}
     clause_sections: dict[str, set[str]] = {name: set() for name in table_sections}
     for clause in parse_clauses(spec):

@@ -13,7 +13,7 @@ Row = list[int]
 
 @dataclass
 class Run:
-    """The bits that a plane codes in one context, or all bits of a raw plane without a model."""
+    """The bits that a plane codes in one context; for a raw plane, all its bits."""
 
     section: str
     model: str | None

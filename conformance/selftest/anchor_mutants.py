@@ -7,7 +7,7 @@ _BINDING_FILE = "decoder/binding.py"
 
 MUTANTS = (
     make_mutant(
-        "Philox with 7 rounds",
+        "Philox has 7 rounds instead of 10",
         "format/constants.py",
         "PHILOX_ROUNDS: Final = 10",
         "PHILOX_ROUNDS: Final = 7",
@@ -19,25 +19,25 @@ MUTANTS = (
         "counter[1] = scene.frame",
     ),
     make_mutant(
-        "random words assigned to the anchor levels in reverse order",
+        "the anchor levels use the random words in reverse order",
         _ANCHORS_FILE,
         "words = philox(counter, scene.header.seed)",
         "words = philox(counter, scene.header.seed)[[2, 1, 0, 3]]",
     ),
     make_mutant(
-        "ties of random words won by the highest id",
+        "ties between random words are broken in favor of the highest id",
         _ANCHORS_FILE,
         "<< 32) + scene.ids",
         "<< 32) - scene.ids",
     ),
     make_mutant(
-        "ranks compared as signed integers",
+        "random words are compared as signed integers",
         _ANCHORS_FILE,
         "return ((words - (1 << 31)) << 32) + scene.ids",
         "return (words << 32) + scene.ids",
     ),
     make_mutant(
-        "the last of equally distant anchors chosen",
+        "among equally near anchors, the last one is chosen instead of the first",
         _BINDING_FILE,
         ".argmin(axis=1)",
         "[:, ::-1].argmin(axis=1)",
@@ -53,20 +53,20 @@ MUTANTS = (
         "& (nearest > best_anchors)",
     ),
     make_mutant(
-        "distances computed in binary32",
+        "distances are computed in binary32",
         _BINDING_FILE,
         "    lengths: Int64 = (differences * differences).sum(axis=0)\n",
         "    narrow = differences.astype(np.float32)\n"
         "    lengths: Int64 = (narrow * narrow).sum(axis=0).astype(np.int64)\n",
     ),
     make_mutant(
-        "anchor counts rounded down",
+        "the number of anchors of level 1 is rounded down instead of up",
         _ANCHORS_FILE,
         "-(-gaussian_count // header.gaussians_per_anchor)",
         "max(1, gaussian_count // header.gaussians_per_anchor)",
     ),
     make_mutant(
-        "cell shift larger than the minimum by 1",
+        "the cell shift is 1 larger than the minimum",
         _ANCHORS_FILE,
         "    starts = np.flatnonzero(merge_shifts > shift)\n",
         "    shift = min(LATTICE_BITS, shift + 1)\n"

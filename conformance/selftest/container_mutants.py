@@ -10,96 +10,101 @@ _UNKNOWN_CODE = "if not is_known and not header.is_ancillary:"
 
 MUTANTS = (
     make_mutant(
-        "payload CRC ignored",
+        "payload CRCs are not checked",
         _CONTAINER_FILE,
         'if crc != int.from_bytes(stored_crc, "little"):',
         "if crc is None:",
     ),
     make_mutant(
-        "header CRC ignored", _CONTAINER_FILE, "if not is_header_crc_valid(data):", "if False:"
+        "header CRCs are not checked",
+        _CONTAINER_FILE,
+        "if not is_header_crc_valid(data):",
+        "if False:",
     ),
     make_mutant(
-        "sequence numbers ignored",
+        "sequence numbers are not checked",
         _READER_FILE,
         "if header.sequence != self.sequence:",
         "if False:",
     ),
-    make_mutant("critical bit ignored", _CONTAINER_FILE, _UNKNOWN_CODE, "if False:"),
     make_mutant(
-        "unknown ancillary chunks rejected", _CONTAINER_FILE, _UNKNOWN_CODE, "if not is_known:"
+        "unknown critical chunks are accepted", _CONTAINER_FILE, _UNKNOWN_CODE, "if False:"
     ),
     make_mutant(
-        "unknown compatible features rejected",
+        "unknown ancillary chunks are rejected", _CONTAINER_FILE, _UNKNOWN_CODE, "if not is_known:"
+    ),
+    make_mutant(
+        "unknown compatible features are rejected",
         _WIRE_FILE,
         "if version.incompatible_features & ~",
         "if (version.incompatible_features | version.compatible_features) & ~",
         only_category="streams",
     ),
     make_mutant(
-        "case of the third letter of chunk types ignored",
+        "the case of the third letter of a chunk type is not checked",
         _CONTAINER_FILE,
         "for letter in (kind[0], *kind[2:])",
         "for letter in (kind[0], *kind[3:])",
         only_category="invalid",
     ),
     make_mutant(
-        "bytes after TAIL ignored",
+        "bytes after TAIL are ignored",
         _READER_FILE,
         "if self.source.read(self.offset, 1):",
         "if False:",
     ),
     make_mutant(
-        "bytes after the last field of a payload ignored",
+        "bytes after the last field of a payload are ignored",
         _WIRE_FILE,
         "if parsed.end != len(payload):",
         "if False:",
     ),
     make_mutant(
-        "fields of TAIL not checked",
+        "the fields of TAIL are not checked",
         _STREAM_FILE,
         "if self._is_complete and tail != expected:",
         "if False:",
     ),
     make_mutant(
-        "fields of INDX not checked",
+        "the fields of INDX are not checked",
         _STREAM_FILE,
         "if self._is_complete and index != self._skipped_points.with_appended(self._points):",
         "if False:",
     ),
     make_mutant(
-        "length checked only after the payload has been read",
+        "the length of a chunk is checked only after its payload has been read",
         _READER_FILE,
         "        container.check_length(header.length, self._stream_header, self.offset)  #",
         "        if self._stream_header is None:\n"
         "            container.check_length(header.length, self._stream_header, self.offset)  #",
     ),
     make_mutant(
-        "a quantization step of 0 accepted",
+        "a quantization step of 0 is accepted",
         "format/records.py",
         "not 0 < value <= constants.STEP_LIMIT",
         "not 0 <= value <= constants.STEP_LIMIT",
     ),
     make_mutant(
-        "unknown major versions accepted",
+        "unknown major versions are accepted",
         _WIRE_FILE,
         "if version.version_major != constants.VERSION_MAJOR:",
         "if False:",
     ),
     make_mutant(
-        "a TAIL that more bytes follow ends a gap",
+        "recovery resumes at a TAIL that is not at the end of the stream",
         "streams/resync.py",
         "return not source.read(header.end, 1)",
         "return True",
         only_category="damaged",
     ),
     make_mutant(
-        "recovery resumes at an earlier frame",
+        "recovery resumes at a frame that is earlier than expected",
         "streams/resync.py",
         "return parse_frame_number(payload) >= self.frame",
         "return True",
     ),
     make_mutant(
-        "lost frames counted from frame 0 if the first frame was lost",
+        "lost frames are counted from frame 0 if the first frame is lost",
         "streams/recover.py",
         "        if self._first_frame is None:\n            return None\n"
         "        return self._first_frame +",
@@ -107,7 +112,7 @@ MUTANTS = (
         only_category="damaged",
     ),
     make_mutant(
-        "recovery resumes at a past sequence number",
+        "recovery resumes at a sequence number that is lower than expected",
         "streams/resync.py",
         "if header.sequence < self.sequence or header.length > self.max_payload_bytes:",
         "if header.length > self.max_payload_bytes:",
@@ -121,21 +126,21 @@ MUTANTS = (
         only_category="damaged",
     ),
     make_mutant(
-        "a negative number of lost frames reported",
+        "a negative number of lost frames is reported",
         "streams/recover.py",
         "or self._next_frame is None or self._next_frame < expected_frame:",
         "or self._next_frame is None:",
         only_category="damaged",
     ),
     make_mutant(
-        "a frame rejected after resuming is not counted as lost",
+        "a frame that is rejected after recovery has resumed is not counted as lost",
         "streams/recover.py",
         "        return self._next_frame - expected_frame\n",
         "        self._next_frame += 1\n        return self._next_frame - 1 - expected_frame\n",
         only_category="damaged",
     ),
     make_mutant(
-        "damaged ancillary chunks counted as lost frames",
+        "damaged ancillary chunks are counted as lost frames",
         "streams/recover.py",
         "elif header is not None and header.is_ancillary and",
         "elif False and header is not None and",
@@ -147,7 +152,7 @@ MUTANTS = (
         "if index is None:",
     ),
     make_mutant(
-        "seek points not checked against the frame",
+        "seek points are not compared with their frames",
         _STREAM_FILE,
         "if seek_target not in (None, point):",
         "if False:",

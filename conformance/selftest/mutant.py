@@ -1,4 +1,4 @@
-"""Mutants: changes to the source of the decoder that introduce a mistake."""
+"""Mutants: changes to the decoder's source code, each of which introduces a mistake."""
 
 from dataclasses import dataclass
 

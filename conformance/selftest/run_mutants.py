@@ -4,7 +4,7 @@
     python conformance/selftest/run_mutants.py --only CRC  test mutants with CRC in their name
     python conformance/selftest/run_mutants.py --all       test each mutant with every category
 
-The script fails if a mutant survives, or if its text to replace is no longer in the source. It also
+The script fails if a mutant survives, or if the text that it replaces is not in the source. It also
 fails if a mutant with an `only_category` is not detected by exactly this category. Every category
 has such a mutant, which shows that the category is needed.
 """
@@ -78,7 +78,7 @@ def copy_with_mutant(mutant: Mutant, package: Path, folder: Path) -> str:
 def try_mutant(
     mutant: Mutant, package: Path, suite: Suite, limits: Limits, needed_categories: int
 ) -> Outcome:
-    """Test a mutant until the needed number of categories has detected it, or no case is left."""
+    """Test a mutant until `needed_categories` categories detect it, or no case is left."""
     needed_categories = len(CATEGORIES) if mutant.only_category else needed_categories
     with tempfile.TemporaryDirectory() as folder:
         case_runner = CaseRunner(

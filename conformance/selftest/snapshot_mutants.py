@@ -11,67 +11,67 @@ _CONTAINER_FILE = "format/container.py"
 
 MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
-        "survivors kept in the order of the CANO",
+        "survivors keep the order of the CANO instead of being sorted",
         _PLANES_FILE,
         '    return np.argsort(interleave(offsets), kind="stable")\n',
         "    return np.arange(gaussians.count)\n",
     ),
     make_mutant(
-        "new Gaussians sorted before survivors at the same position",
+        "new Gaussians are sorted before survivors at the same position",
         _PLANES_FILE,
         '    return np.argsort(interleave(offsets), kind="stable")\n',
         '    return np.argsort(interleave(offsets)[::-1], kind="stable")[::-1]\n',
     ),
     make_mutant(
-        "position differences not relative to the previous survivor",
+        "position differences are not relative to the previous survivor",
         _PLANES_FILE,
         "            coded[field, changed] = np.cumsum(steps, axis=1)\n",
         "            coded[field, changed] = steps\n",
     ),
     make_mutant(
-        "rotation components added even if the rotation index changes",
+        "rotation components are added even if the rotation index changes",
         _PLANES_FILE,
         "    sums[components, index_changed] = rows[components, index_changed]\n",
         "",
     ),
     make_mutant(
-        "sum of rotation indices not taken modulo 4",
+        "the sum of rotation indices is not taken modulo 4",
         _PLANES_FILE,
         "    sums[index] %= 1 << ROTATION_INDEX_BITS\n",
         "    sums[index] = np.minimum(sums[index], 3)\n",
     ),
     make_mutant(
-        "field bits of survivors coded without contexts",
+        "the field bits of survivors are all coded in context 0",
         _PLANES_FILE,
         'planes.code(f"survivors, {name}", changed_fields, is_changed)',
         'planes.code(f"survivors, {name}", 0 * changed_fields, is_changed)',
     ),
     make_mutant(
-        "differences of survivors coded without contexts",
+        "the contexts of differences do not depend on earlier differences",
         _PLANES_FILE,
         "        magnitude_sums += np.abs(coded[row_index])\n",
         "",
     ),
     make_mutant(
-        "extent of positions in snapshots not limited",
+        "the range of positions in a snapshot is not limited",
         _PLANES_FILE,
         "    if offsets.max(initial=0) >> AXIS_BITS_LIMIT:",
         "    if False:",
     ),
     make_mutant(
-        "snapshots without Gaussians accepted",
+        "snapshots without Gaussians are accepted",
         _FRAMES_FILE,
         "    if snapshot.gaussians.count == 0:",
         "    if False:",
     ),
     make_mutant(
-        "snapshots that refer to another CANO accepted",
+        "snapshots that refer to another CANO are accepted",
         _STREAM_FILE,
         "        if snapshot.canonical != self.reference.frame:",
         "        if False:",
     ),
     make_mutant(
-        "snapshots coded relative to the previous snapshot",
+        "snapshots are coded relative to the previous frame instead of the CANO",
         _STREAM_FILE,
         "        gaussians = self.reference.gaussians\n",
         "        from quarc_ref.encoder.requantize import requantize\n"
@@ -96,7 +96,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "            return False\n",
     ),
     make_mutant(
-        "snapshots accepted in streams without the feature",
+        "snapshots are accepted in streams without FEATURE_SNAPSHOTS",
         _CONTAINER_FILE,
         "        is_known = stream_header is not None and stream_header.snapshots\n",
         "        is_known = True\n",

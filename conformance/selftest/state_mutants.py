@@ -16,64 +16,64 @@ _NORMALIZED_CODE = "_normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
     make_mutant(
-        "one Gaussian fewer allowed than the level allows",
+        "a frame with the maximum number of Gaussians of its level is rejected",
         _LIMITS_FILE,
         "if count > header.limits.gaussians:",
         "if count >= header.limits.gaussians:",
     ),
     make_mutant(
-        "one birth fewer allowed than the level allows",
+        "a frame with the maximum number of births of its level is rejected",
         _LIMITS_FILE,
         "if count > header.limits.births:",
         "if count >= header.limits.births:",
         only_category="levels",
     ),
     make_mutant(
-        "memory allocated for the declared number of Gaussians at the unlimited level",
+        "at the unlimited level, memory is allocated for any declared number of Gaussians",
         _LIMITS_FILE,
         '    _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")\n',
         "",
         only_category="resource",
     ),
     make_mutant(
-        "positions outside the lattice accepted",
+        "positions outside the lattice are accepted",
         _RANGES_FILE,
         "    if _any_beyond(positions, POSITION_LIMIT):",
         "    if False:",
     ),
     make_mutant(
-        "codes out of range accepted",
+        "codes out of range are accepted",
         _RANGES_FILE,
         "    if _any_beyond(codes, CODE_LIMIT):",
         "    if False:",
     ),
     make_mutant(
-        "state CRC not checked",
+        "the state CRC is not checked",
         _FRAMES_FILE,
         "    if state_crc(scene) != stored_crc:",
         "    if stored_crc is None:",
     ),
     make_mutant(
-        "state CRC covers all fields in every frame",
+        "the state CRC covers all fields in every frame",
         _DIGEST_FILE,
         "covers_all_fields = scene.phase % scene.header.full_crc_interval == 0",
         "covers_all_fields = True",
     ),
     make_mutant(
-        "anchors sampled only after a canonical frame",
+        "anchors are sampled only after a canonical frame",
         _RECONSTRUCT_FILE,
         "if anchors is None or "
         "previous_scene.phase % previous_scene.header.resample_interval == 0:",
         "if anchors is None:",
     ),
     make_mutant(
-        "anchors sampled one frame early",
+        "anchors are sampled one frame early",
         _RECONSTRUCT_FILE,
         "or previous_scene.phase % previous_scene.header.resample_interval == 0:",
         "or scene.phase % scene.header.resample_interval == 0:",
     ),
     Mutant(
-        "deaths chosen after the motion instead of before",
+        "deaths are chosen after the motion instead of before it",
         (
             (
                 _FRAMES_FILE,
@@ -99,20 +99,20 @@ MUTANTS = (
         ),
     ),
     make_mutant(
-        "the last of Gaussians with equal opacities dies first",
+        "among Gaussians with equal opacities, the one with the highest index dies first",
         _RECONSTRUCT_FILE,
         _DEATHS_CODE,
         "order = np.argsort(scene.codes[OPACITY.start][::-1], kind='stable')\n"
         "    order = scene.count - 1 - order",
     ),
     make_mutant(
-        "opacities compared as unsigned integers",
+        "opacities are compared as unsigned integers",
         _RECONSTRUCT_FILE,
         "np.argsort(scene.codes[OPACITY.start],",
         "np.argsort(scene.codes[OPACITY.start].astype(np.uint16),",
     ),
     make_mutant(
-        "new Gaussians follow their parents' anchors",
+        "new Gaussians are bound to the anchors of their parents",
         _RECONSTRUCT_FILE,
         "anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])\n",
         "replace(state.anchors, binding=np.delete(np.hstack([state.anchors.binding,"
@@ -120,32 +120,32 @@ MUTANTS = (
         " if state.births else state.anchors.binding[:, :0]]), deleted, axis=1))\n",
     ),
     make_mutant(
-        "ids of deleted Gaussians reused",
+        "the ids of deleted Gaussians are reused",
         _RECONSTRUCT_FILE,
         "np.append(scene.ids, state.next_id + np.arange(newborn.count))",
         "np.append(scene.ids, int(scene.ids[-1]) + 1 + np.arange(newborn.count))",
     ),
     make_mutant(
-        "positions of parents taken before the motion",
+        "births are relative to the positions of their parents before the motion",
         _RECONSTRUCT_FILE,
         "scene.positions[:, births.parents] + newborn",
         "scene.positions[:, births.parents]"
         " - state.motion[:3, births.parents] * header.translation_step + newborn",
     ),
     make_mutant(
-        "motion of deleted Gaussians remembered",
+        "an anchor keeps its previous motion after its Gaussian has been deleted",
         _RECONSTRUCT_FILE,
         "is_alive = state.scene.ids[indices] == owners",
         "is_alive = np.ones(indices.shape, np.bool_)",
     ),
     make_mutant(
-        "previous_contexts ignored",
+        "previous_contexts is ignored",
         _RECONSTRUCT_FILE,
         "level_motion if use_previous else np.zeros_like(level_motion)",
         "level_motion",
     ),
     make_mutant(
-        "counts kept at a canonical frame",
+        "a canonical frame does not reset the counts",
         _STREAM_FILE,
         _CANONICAL_CODE,
         "        before = self._state\n"
@@ -157,33 +157,33 @@ MUTANTS = (
         "from dataclasses import replace\nfrom typing import Any\n",
     ),
     make_mutant(
-        "rotations normalized again even if the residuals sum to 0",
+        "rotations are normalized again even if their residuals sum to 0",
         _RECONSTRUCT_FILE,
         _TURNING_CODE,
         "rotated = np.arange(scene.count)",
         only_category="traps",
     ),
     make_mutant(
-        "rotation residuals with only w ignored",
+        "rotation residuals whose only nonzero component is w are ignored",
         _RECONSTRUCT_FILE,
         _TURNING_CODE,
         "rotated = np.flatnonzero(np.any(sums[-3:], axis=0))",
     ),
     make_mutant(
-        "rotation residual multiplied on the left",
+        "rotation residuals are multiplied on the left",
         _ROTATION_FILE,
         "    aw, ax, ay, az = rotations.astype(np.int64)\n    bw, bx, by, bz = residuals\n",
         "    aw, ax, ay, az = residuals\n    bw, bx, by, bz = rotations.astype(np.int64)\n",
     ),
     make_mutant(
-        "w of rotations made positive",
+        "rotations with a negative w are negated",
         _ROTATION_FILE,
         f"    rounded = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED_CODE}",
         f"    rounded = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED_CODE}"
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
     make_mutant(
-        "rotations with a norm above 1 accepted",
+        "rotations with a norm above 1 are accepted",
         _ROTATION_FILE,
         " or np.any(squared_largest < 0):",
         ":",
