@@ -80,7 +80,7 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "seeking to a snapshot decodes the first CANO of the stream",
         _SEEK_FILE,
-        "    point = points.find_by_frame(_read_frame_number(reader, header, _FRAME_BYTES))",
+        "    point = points.find_by_frame(_read_frame_number(reader, header, _ORDINAL_BYTES))",
         "    point = points[0]",
     ),
     make_mutant(
@@ -92,7 +92,7 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "recovery never resumes at a snapshot",
         _RESYNC_FILE,
-        "            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES\n",
+        "            return self.canonical is not None and header.length >= 2 * _ORDINAL_BYTES\n",
         "            return False\n",
     ),
     make_mutant(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.cli.targets import require_writable_file
 from quarc_ref.files import open_log
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, Monitor
@@ -81,8 +81,8 @@ def _announce_estimate(
     if estimate.seconds < _MIN_ANNOUNCED_SECONDS:
         return
     progress.announce(
-        f"{count_noun(plan.frames, 'frame')} of {plan.capture}, "
-        f"{count_noun(plan.views, 'training camera')}: about "
+        f"{format_count(plan.frames, 'frame')} of {plan.capture}, "
+        f"{format_count(plan.views, 'training camera')}: about "
         f"{format_duration(estimate.seconds)}, and {estimate.byte_count / _MEGABYTE:.1g} MB "
         "(both may be off by a factor of two)"
     )

@@ -75,7 +75,7 @@ def sample_anchors(scene: Scene) -> Anchors:
         scene: Scene of the frame, without the Gaussians that the frame deletes.
     """
     ranks = compute_ranks(scene)
-    order, merge_shifts = _sort_cells(scene.positions)
+    order, merge_shifts = _sort_by_cell(scene.positions)
     counts = count_anchors(scene.count, scene.header)
     binding = np.empty((len(counts), scene.count), dtype=np.int32)
     indices_by_level = []
@@ -105,7 +105,7 @@ def compute_ranks(scene: Scene) -> Int64:
     return ((words - (1 << 31)) << 32) + scene.ids
 
 
-def _sort_cells(positions: Int32) -> tuple[Int64, Int64]:
+def _sort_by_cell(positions: Int32) -> tuple[Int64, Int64]:
     """Sort Gaussians in Morton order, and find the smallest shifts at which neighbors share a cell.
 
     A shift is the binary logarithm of a cell size. In Morton order, the Gaussians of a cell are

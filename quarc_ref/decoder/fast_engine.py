@@ -68,7 +68,7 @@ class FastEngine:
     ) -> tuple[FastState, Int64]:
         """See `Engine.decode_snapshot`."""
         with _convert_errors():
-            core, roots = quarc_core.State.decode_snapshot(
+            core, canonical_indices = quarc_core.State.decode_snapshot(
                 self._make_head(header),
                 (chunk.frame, chunk.canonical),
                 chunk.newborn_count,
@@ -79,7 +79,7 @@ class FastEngine:
                 chunk.state_crc,
                 _arrays_of(canonical),
             )
-        return FastState(header, core), roots
+        return FastState(header, core), canonical_indices
 
     def decode_frame(self, state: FastState, chunk: FrameChunk) -> FastState:
         """See `Engine.decode_frame`."""

@@ -79,7 +79,7 @@ def decode_snapshot(
     snapshot = read_checked_snapshot(header, chunk, canonical)
     state = begin_canonical(header, chunk.frame, snapshot.gaussians)  # [7.9-5]
     check_state(state.scene, chunk.state_crc)
-    return state, snapshot.roots
+    return state, snapshot.canonical_indices
 
 
 def read_checked_snapshot(

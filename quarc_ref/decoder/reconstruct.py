@@ -46,8 +46,8 @@ def begin_frame(state: State, death_count: int) -> State:
     if anchors is None or previous_scene.phase % previous_scene.header.resample_interval == 0:
         anchors = sample_anchors(scene)
     else:
-        bound_count = anchors.binding.shape[1]
-        anchors = anchors.without(deleted[deleted < bound_count])
+        previously_bound_count = anchors.binding.shape[1]
+        anchors = anchors.without(deleted[deleted < previously_bound_count])
         anchors = anchors.with_births(scene.positions[:, anchors.binding.shape[1] :])
     return replace(
         state,

@@ -35,9 +35,8 @@ class StreamDecoder:
         metadata: Metadata from the `meta` chunk.
         index: Seek points from the INDX chunk; None before this chunk.
         tail: Content of the TAIL chunk; None before this chunk.
-        reference: The canonical frame (CANO) that snapshots are coded against; None before
-            the first CANO, and in streams without snapshots.
-        roots: `[N]` index in the CANO of each Gaussian of the last canonical frame or
+        reference: The last CANO; None before the first, and in streams without snapshots.
+        canonical_indices: `[N]` index in the CANO of each Gaussian of the last canonical frame or
             snapshot, -1 for new Gaussians; empty in streams without snapshots.
     """
 
@@ -56,7 +55,7 @@ class StreamDecoder:
         self._seek_target: SeekPoint | None = None
         self._is_complete = True
         self.reference: SnapshotReference | None = None
-        self.roots = np.zeros(0, dtype=np.int64)
+        self.canonical_indices = np.zeros(0, dtype=np.int64)
 
     @property
     def header(self) -> StreamHeader:
@@ -143,7 +142,7 @@ class StreamDecoder:
         state, gaussians = self._engine.decode_canonical(self.header, canonical)
         if self.header.snapshots:
             self.reference = SnapshotReference(canonical.frame, gaussians)
-            self.roots = np.arange(gaussians.count)
+            self.canonical_indices = np.arange(gaussians.count)
         return state
 
     def _decode_snapshot(self, chunk: Chunk, seek_target: SeekPoint | None) -> FrameState:
@@ -157,7 +156,8 @@ class StreamDecoder:
             message += f"but the last CANO is frame {self.reference.frame}"
             raise FrameOrderError(message)
         gaussians = self.reference.gaussians
-        state, self.roots = self._engine.decode_snapshot(self.header, snapshot, gaussians)
+        decoded = self._engine.decode_snapshot(self.header, snapshot, gaussians)
+        state, self.canonical_indices = decoded
         return state
 
     def _check_position(self, chunk: Chunk, frame: int, seek_target: SeekPoint | None) -> None:

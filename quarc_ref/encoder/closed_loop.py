@@ -160,7 +160,7 @@ class ClosedLoop:
             message = "the header does not allow snapshots"
             raise ValueError(message)
         self._require_next(moved_frame)
-        canonical_indices = self._decoder.roots
+        canonical_indices = self._decoder.canonical_indices
         return self._commit(
             self._coder.code_as_snapshot(
                 moved_frame, births, reference, canonical_indices, dead_zone

@@ -18,7 +18,7 @@ from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
 from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 DIFFERENCE_GAIN = 4
 
@@ -61,7 +61,7 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     name = summary.metadata.get("capture", "stream")
     held_out = ", ".join(dict.fromkeys(view.camera for view in evaluation.shown_views))
     parts = {
-        "title": html.escape(f"{name}: {count_noun(len(summary.frames), 'frame')}"),
+        "title": html.escape(f"{name}: {format_count(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(
             f"Rendered from the decoded stream and measured on {held_out}, held out from training. "
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. 1 KB is 1024 bytes."

@@ -3,7 +3,7 @@
 from dataclasses import Field, field
 from typing import Any
 
-_KEY = "description"
+_DESCRIPTION_KEY = "description"
 
 
 def described(default: Any, description: str) -> Any:  # noqa: ANN401
@@ -13,9 +13,9 @@ def described(default: Any, description: str) -> Any:  # noqa: ANN401
         default: The field's default value.
         description: One or more sentences; `describe_field` returns them.
     """
-    return field(default=default, metadata={_KEY: description})
+    return field(default=default, metadata={_DESCRIPTION_KEY: description})
 
 
 def describe_field(dataclass_field: "Field[Any]") -> str:
     """Return the description of a field, or an empty string if it has none."""
-    return str(dataclass_field.metadata.get(_KEY, ""))
+    return str(dataclass_field.metadata.get(_DESCRIPTION_KEY, ""))

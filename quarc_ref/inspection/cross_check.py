@@ -44,16 +44,16 @@ class CrossChecker:
 
 
 class _CrossCheckingBitDecoder:
-    def __init__(self, fast: BitDecoder, plain: BitDecoder, totals: CrossChecker) -> None:
+    def __init__(self, fast: BitDecoder, plain: BitDecoder, checker: CrossChecker) -> None:
         self._fast = fast
         self._plain = plain
-        self._totals = totals
+        self._checker = checker
 
     def take(self, count: int, weight: int) -> Bits:
         bits = self._fast.take(count, weight)
         if not np.array_equal(bits, self._plain.take(count, weight)):
             _raise_disagreement()
-        self._totals.bit_count += count
+        self._checker.bit_count += count
         return bits
 
     def finish(self) -> None:

@@ -73,20 +73,20 @@ def measure_speed(
     start_time = first_time = last_time = time.perf_counter()
     cpu_seconds, first_ticks = 0.0, None
     frames = gaussians = 0
-    first_times: Counter[str] = Counter()
+    first_stage_times: Counter[str] = Counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
         for frame in player:
             last_time = time.perf_counter()
             frames, gaussians = frames + 1, len(frame.splats.opacities)
             if frames == 1:
-                first_time, first_times = last_time, Counter(player.times)
+                first_time, first_stage_times = last_time, Counter(player.times)
                 cpu_seconds = time.process_time()
                 first_ticks = read_processor_time()
             if on_progress is not None:
                 on_progress("decode", frames, 0)
-        times, cpu_seconds = Counter(player.times), time.process_time() - cpu_seconds
+        stage_times, cpu_seconds = Counter(player.times), time.process_time() - cpu_seconds
         # `Counter.__sub__` would drop stages whose difference is not positive.
-        times.subtract(first_times)
+        stage_times.subtract(first_stage_times)
         last_ticks = read_processor_time()
     if frames == 0:
         return None
@@ -101,7 +101,10 @@ def measure_speed(
         later_frames / (last_time - first_time) if frames > 1 else 0.0,
         1e3 * cpu_seconds / later_frames if frames > 1 else 0.0,
         last_ticks.stolen_share(first_ticks) if last_ticks and first_ticks else None,
-        {stage: nanoseconds / later_frames / 1e6 for stage, nanoseconds in times.most_common()},
+        {
+            stage: nanoseconds / later_frames / 1e6
+            for stage, nanoseconds in stage_times.most_common()
+        },
         first_time - start_time,
         warm_seconds,
         peak_mib,

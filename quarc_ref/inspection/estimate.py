@@ -70,9 +70,9 @@ def estimate_snapshot(snapshot: Snapshot, canonical: Gaussians) -> float:
         canonical: Gaussians of the CANO to which the snapshot refers.
     """
     survives = np.zeros((1, canonical.count), dtype=np.int64)
-    survives[0, snapshot.roots[snapshot.roots >= 0]] = 1
+    survives[0, snapshot.canonical_indices[snapshot.canonical_indices >= 0]] = 1
     bits = estimate_bits(survives) + estimate_bits(compute_differences(snapshot, canonical))
-    is_new, gaussians = snapshot.roots < 0, snapshot.gaussians
+    is_new, gaussians = snapshot.canonical_indices < 0, snapshot.gaussians
     if is_new.any():
         rows = (gaussians.positions, gaussians.rotations, gaussians.codes)
         bits += estimate_bits(np.concatenate(rows)[:, is_new])

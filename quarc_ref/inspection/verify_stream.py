@@ -77,29 +77,29 @@ def verify_stream(
         SourceError: The file, pipe or server cannot be read.
     """
     cross_check = CrossChecker()
-    first_pass = _FirstPass(source, on_progress)
+    verifier = _StreamVerifier(source, on_progress)
     with use_bit_decoder(cross_check.open):
-        while (chunk := poll(first_pass.reader.read_chunk, follow)) is not None:
-            first_pass.push(chunk)
-    frames_compared = first_pass.decode_from_seek_points(source)
-    header = first_pass.decoder.header
+        while (chunk := poll(verifier.reader.read_chunk, follow)) is not None:
+            verifier.push(chunk)
+    frames_compared = verifier.decode_from_seek_points(source)
+    header = verifier.decoder.header
     return Verification(
-        frames=len(first_pass.digests),
-        chunks=first_pass.chunk_count,
+        frames=len(verifier.digests),
+        chunks=verifier.chunk_count,
         entropy_decoders=2 if HAS_CONSTRICTION else 1,
         sections=cross_check.section_count,
         bits=cross_check.bit_count,
-        seek_points=len(first_pass.canonical_frames),
+        seek_points=len(verifier.canonical_frames),
         frames_compared=frames_compared,
         level=header.level,
-        maxima=first_pass.maxima,
+        maxima=verifier.maxima,
         limits=header.limits._asdict(),
-        sha256=list(first_pass.digests.values())[-1] if first_pass.digests else None,
+        sha256=list(verifier.digests.values())[-1] if verifier.digests else None,
     )
 
 
-class _FirstPass:
-    """Decodes a stream from its beginning, and stores the results."""
+class _StreamVerifier:
+    """Decodes a stream from its beginning, then again from every seek point."""
 
     def __init__(self, source: Source, on_progress: Callable[[str, int, int], None]) -> None:
         self.reader = ChunkReader(source)

@@ -1,7 +1,7 @@
 """Formats a number with a noun, such as "3 frames"."""
 
 
-def count_noun(count: int, noun: str) -> str:
+def format_count(count: int, noun: str) -> str:
     """Format a number and a noun, which is in the plural unless the number is 1.
 
     Args:

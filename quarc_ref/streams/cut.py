@@ -101,7 +101,7 @@ def _find_first(
                 return step
             _raise_no_keyframe(start, skipped.canonical, step, steps)
         skipped.add(step, walk)
-    hint = _describe_nearest(skipped.canonical, None)
+    hint = _describe_nearest_keyframes(skipped.canonical, None)
     message = f"the stream has no {'frames' if start is None else f'frame {start}'}{hint}"
     raise EditError(message)
 
@@ -118,7 +118,7 @@ def _raise_no_keyframe(
     problem = f"frame {start} is not canonical, so a stream cannot begin with it"
     if step.frame != start:
         problem = f"the stream has no frame {start}"
-    raise EditError(problem + _describe_nearest(previous_keyframe, next_keyframe))
+    raise EditError(problem + _describe_nearest_keyframes(previous_keyframe, next_keyframe))
 
 
 class _ChunkCopier:
@@ -145,7 +145,7 @@ class _ChunkCopier:
         self._writer.write(chunk.kind, chunk.payload)
 
 
-def _describe_nearest(previous_keyframe: int | None, next_keyframe: int | None) -> str:
+def _describe_nearest_keyframes(previous_keyframe: int | None, next_keyframe: int | None) -> str:
     keyframes = [str(frame) for frame in (previous_keyframe, next_keyframe) if frame is not None]
     if not keyframes:
         return ""

@@ -15,7 +15,7 @@ from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.resync import parse_frame_number
 from quarc_ref.streams.source import Source
 
-_FRAME_BYTES = 4
+_ORDINAL_BYTES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,8 +110,8 @@ class FrameWalk:
         return frame + 1
 
     def _read_ordinal(self, header: ChunkHeader) -> int:
-        data = self._reader.source.read(header.payload_offset, _FRAME_BYTES)
-        if len(data) < _FRAME_BYTES:
+        data = self._reader.source.read(header.payload_offset, _ORDINAL_BYTES)
+        if len(data) < _ORDINAL_BYTES:
             _raise_truncated(header)
         return parse_frame_number(data)
 

@@ -51,7 +51,7 @@ class HttpClient:
             RedirectError: The response redirects to a rejected target.
             ValueError: The URL is not an http or https URL.
         """
-        deadline, visited_urls = Deadline(timeout), [_check_url(url)]
+        deadline, visited_urls = Deadline(timeout), [_normalize_url(url)]
         while True:
             request = Request(visited_urls[-1], headers=dict(headers))
             response: HTTPResponse = self._opener.open(request, timeout=deadline.remaining())
@@ -95,7 +95,7 @@ def resolve_redirect(url: str, location: str | None) -> str:
     return urldefrag(target).url
 
 
-def _check_url(url: str) -> str:
+def _normalize_url(url: str) -> str:
     if urlsplit(url).scheme not in _SCHEMES:
         message = f"{url!r} is not an http or https URL"
         raise ValueError(message)

@@ -21,7 +21,7 @@ from quarc_ref.streams.source import Source
 from quarc_ref.streams.stream_writer import StreamWriter
 
 _LEVEL_OFFSET = VERSION.sizeof()
-_FRAME_BYTES = 4
+_ORDINAL_BYTES = 4
 
 
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
@@ -167,14 +167,14 @@ class _StreamJoiner:
         elif step.is_canonical:
             payload = self._shift_frame_number(payload, 0)
             if chunk.kind == container.SNAP:
-                payload = self._shift_frame_number(payload, _FRAME_BYTES)
+                payload = self._shift_frame_number(payload, _ORDINAL_BYTES)
         self._writer.write(chunk.kind, payload)
 
     def _shift_frame_number(self, payload: bytes, offset: int) -> bytes:
         """Return the payload with the shift added to the frame number at byte `offset`."""
-        end = offset + _FRAME_BYTES
+        end = offset + _ORDINAL_BYTES
         ordinal = self._joined_frame(int.from_bytes(payload[offset:end], "little"))
-        return payload[:offset] + ordinal.to_bytes(_FRAME_BYTES, "little") + payload[end:]
+        return payload[:offset] + ordinal.to_bytes(_ORDINAL_BYTES, "little") + payload[end:]
 
     def _joined_frame(self, frame: int) -> int:
         """Return the number that a frame has in the joined stream."""

@@ -66,11 +66,13 @@ class SnapshotRebaser:
 
 def _match_gaussians(first: Snapshot, later: Snapshot) -> Int64:
     """Return the `[N]` index of each Gaussian of `later` in `first`; -1 for new Gaussians."""
-    root_count = max(first.roots.max(initial=-1), later.roots.max(initial=-1)) + 1
-    indices = np.full(root_count + 1, -1, dtype=np.int64)  # the last entry is for index -1
-    (survivors,) = np.nonzero(first.roots >= 0)
-    indices[first.roots[survivors]] = survivors
-    return indices[later.roots]
+    index_count = (
+        max(first.canonical_indices.max(initial=-1), later.canonical_indices.max(initial=-1)) + 1
+    )
+    indices = np.full(index_count + 1, -1, dtype=np.int64)  # the last entry is for index -1
+    (survivors,) = np.nonzero(first.canonical_indices >= 0)
+    indices[first.canonical_indices[survivors]] = survivors
+    return indices[later.canonical_indices]
 
 
 def _build_canonical(parsed: SnapshotChunk, gaussians: Gaussians) -> CanonicalChunk:

@@ -20,7 +20,7 @@ MAX_WINDOW_BYTES = 1 << 20
 _FIRST_WINDOW_BYTES = 1 << 12  # because the chunk is often near
 _BUDGET_FACTOR = 16
 _PAYLOAD_BYTES_AT_LEVEL_30 = LEVELS[30].chunk_bytes
-_FRAME_BYTES = 4
+_ORDINAL_BYTES = 4
 
 
 class SearchBudget:
@@ -70,15 +70,15 @@ class ResumeConditions:
         if header.kind == container.TAIL:
             return header.length == TAIL_BYTES
         if header.kind == container.SNAP:
-            return self.canonical is not None and header.length >= 2 * _FRAME_BYTES
-        return header.kind == container.CANO and header.length >= _FRAME_BYTES
+            return self.canonical is not None and header.length >= 2 * _ORDINAL_BYTES
+        return header.kind == container.CANO and header.length >= _ORDINAL_BYTES
 
     def matches_payload(self, header: ChunkHeader, source: Source) -> bool:
         """Return whether the payload of a chunk with a matching header meets the conditions."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
-        payload = source.read(header.payload_offset, 2 * _FRAME_BYTES)
-        if header.kind == container.SNAP and parse_frame_number(payload[_FRAME_BYTES:]) != (
+        payload = source.read(header.payload_offset, 2 * _ORDINAL_BYTES)
+        if header.kind == container.SNAP and parse_frame_number(payload[_ORDINAL_BYTES:]) != (
             self.canonical
         ):
             return False
@@ -87,7 +87,7 @@ class ResumeConditions:
 
 def parse_frame_number(payload: bytes) -> int:
     """Return the frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
-    return int.from_bytes(payload[:_FRAME_BYTES], "little")
+    return int.from_bytes(payload[:_ORDINAL_BYTES], "little")
 
 
 def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:

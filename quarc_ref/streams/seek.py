@@ -16,7 +16,7 @@ from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.source import Source
 
-_FRAME_BYTES = 4
+_ORDINAL_BYTES = 4
 
 
 def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
@@ -57,7 +57,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _read_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    point = points.find_by_frame(_read_frame_number(reader, header, _FRAME_BYTES))  # [11.2-5]
+    point = points.find_by_frame(_read_frame_number(reader, header, _ORDINAL_BYTES))  # [11.2-5]
     if point is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
@@ -112,11 +112,11 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
 
 def _read_frame_number(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
     """Read the frame number at byte `offset` of a payload."""
-    if header.length < offset + _FRAME_BYTES:
+    if header.length < offset + _ORDINAL_BYTES:
         message = f"a payload of {header.length} bytes is too short for a frame number"
         raise FieldError(message, header.offset)
-    data = reader.source.read(header.payload_offset + offset, _FRAME_BYTES)
-    if len(data) < _FRAME_BYTES:
+    data = reader.source.read(header.payload_offset + offset, _ORDINAL_BYTES)
+    if len(data) < _ORDINAL_BYTES:
         message = "the stream ends inside a chunk"
         raise TruncatedError(message, header.offset)
     return int.from_bytes(data, "little")

@@ -59,11 +59,13 @@ class StreamWriter:
         self.reference = (frame, ordered)
         self._append_canonical(b"CANO", wire.build_canonical(chunk), state)
 
-    def snapshot(self, gaussians: Gaussians, roots: list[int]) -> None:
-        """Write a SNAP chunk; `roots` has indices in the last CANO, and -1 for new Gaussians."""
+    def snapshot(self, gaussians: Gaussians, canonical_indices: list[int]) -> None:
+        """Write a SNAP chunk; `canonical_indices` are in the last CANO; -1 for new Gaussians."""
         assert self.reference is not None
         canonical_frame, canonical_gaussians = self.reference
-        coded = write_snapshot(canonical_gaussians, gaussians, np.array(roots, dtype=np.int64))
+        coded = write_snapshot(
+            canonical_gaussians, gaussians, np.array(canonical_indices, dtype=np.int64)
+        )
         frame = self.states[-1].frame + 1
         state = begin_canonical(self.header, frame, coded.gaussians)
         chunk = SnapshotChunk(

@@ -11,7 +11,7 @@ from quarc_ref.format.coding.probability import weight_of_code
 from quarc_ref.format.constants import CODE_BITS, PROBABILITY_CODES, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
 
-_EVEN_WEIGHT = WEIGHT_TOTAL // 2
+_EQUIPROBABLE_WEIGHT = WEIGHT_TOTAL // 2
 
 
 class StatingWriter:
@@ -44,7 +44,7 @@ class StatingWriter:
             for bit_number in _BIT_ORDER
         ]
         self._runs.append((np.array(is_stated), STATED_WEIGHT))
-        self._runs.append((np.array(code_bits, dtype=np.bool_), _EVEN_WEIGHT))
+        self._runs.append((np.array(code_bits, dtype=np.bool_), _EQUIPROBABLE_WEIGHT))
         for context_bits, code, weight in zip(bits_by_context, codes, weights, strict=True):
             self._runs.append((context_bits, weight if code is None else _get_weight(code)))
         ones = np.array([np.count_nonzero(context_bits) for context_bits in bits_by_context])
@@ -54,7 +54,7 @@ class StatingWriter:
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        self._runs.append((bits, _EVEN_WEIGHT))
+        self._runs.append((bits, _EQUIPROBABLE_WEIGHT))
         return bits
 
     def section(self) -> Section:
@@ -67,7 +67,7 @@ class StatingWriter:
 
 def _get_weight(code: int) -> int:
     """Return the weight of a 1 that a code states; half of the total for an undefined code."""
-    return weight_of_code(code) if code < PROBABILITY_CODES else _EVEN_WEIGHT
+    return weight_of_code(code) if code < PROBABILITY_CODES else _EQUIPROBABLE_WEIGHT
 
 
 _BIT_ORDER = tuple(reversed(range(CODE_BITS)))

@@ -12,7 +12,7 @@ from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.evaluate import print_evaluation
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
 _VARIANT_HELP = (
@@ -62,7 +62,7 @@ def synth(
             sizes = {"width": width, "height": height, "frames": frames, "cameras": cameras}
             print_json("synth/2", {"folder": str(folder), "variant": variant, **sizes})
         else:
-            description = f"{count_noun(frames, 'frame')} each, {width} x {height}"
+            description = f"{format_count(frames, 'frame')} each, {width} x {height}"
             videos = f"{cameras} with {description}; cam00 should be held out"
             print_fields(str(folder), {"scene": variant, "videos": videos})
 

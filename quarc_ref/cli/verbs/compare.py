@@ -22,7 +22,7 @@ from quarc_ref.cli.options import (
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_message
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import written_folder
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.measure import Comparison
@@ -199,7 +199,7 @@ def _print_result(
         report = {} if page is None else {"report": str(page)}
         print_json("compare/1", {**tables.as_json(comparison, summary), **report})
         return
-    title = f"Against {comparison.truth}: {count_noun(len(comparison.frames), 'frame')}"
+    title = f"Against {comparison.truth}: {format_count(len(comparison.frames), 'frame')}"
     headings = [f"<{heading}" if heading in ("entry", "is") else heading
                 for heading in tables.list_point_headings(summary)]  # fmt: skip
     print_columns(title, headings, tables.format_point_rows(summary))

@@ -21,7 +21,7 @@ from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.cli.targets import growing_folder, open_output_frame, written_folder
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
     pass
@@ -104,7 +104,7 @@ def decode_frames(
                 progress.advance("decode", min(done_count, total) if total else done_count, total)
             writer.finish(folder)
             if not writer.names and not writer.gaps:
-                available_text = f"; it has {count_noun(total, 'frame')}" if total else ""
+                available_text = f"; it has {format_count(total, 'frame')}" if total else ""
                 message = f"--frames {frames}: the stream has none of these frames{available_text}"
                 raise UsageError(message if frames else "the stream has no frames")
             if not writer.names:

@@ -11,7 +11,7 @@ from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
 from quarc_ref.cli.output import escape_controls, print_fields, print_json, print_message
 from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
 from quarc_ref.cli.targets import written_folder
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
@@ -123,7 +123,7 @@ def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> 
         print_json("publish/1", document)
         return
     rows = {
-        "stream": f"{count_noun(site.frames, 'frame')}, {site.stream_bytes:,} bytes",
+        "stream": f"{format_count(site.frames, 'frame')}, {site.stream_bytes:,} bytes",
         "poster": site.poster or "none",
         "to try it": f"python3 -m http.server --directory {output}",
     }

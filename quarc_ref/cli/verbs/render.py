@@ -18,7 +18,7 @@ from quarc_ref.cli.render_output import (
     write_video,
 )
 from quarc_ref.cli.seekable_stream import open_seekable
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
@@ -188,7 +188,7 @@ def _choose_planned_pictures(
     count = outline.count_frames(*frame_range)
     if not count:
         available_text = (
-            f"{count_noun(outline.count_frames(0, None), 'frame')} from {outline.first_frame} on"
+            f"{format_count(outline.count_frames(0, None), 'frame')} from {outline.first_frame} on"
         )
         message = f"--frames: the stream has none of the requested frames; it has {available_text}"
         raise UsageError(message)
@@ -228,8 +228,8 @@ def _print_result(
     size = f"{camera.width} x {camera.height}"
     count = int(str(result["frames"]))
     if "folder" in result:
-        fields = {"pictures": f"{count_noun(count, f'{kind.upper()} file')} of {size}"}
+        fields = {"pictures": f"{format_count(count, f'{kind.upper()} file')} of {size}"}
     else:
         codec = "H.264" if kind == "mp4" else "VP9"
-        fields = {"video": f"{count_noun(count, 'frame')} of {size}, {codec}"}
+        fields = {"video": f"{format_count(count, 'frame')} of {size}, {codec}"}
     print_fields(str(output), fields | ({"path": path} if path else {"camera": camera.name}))

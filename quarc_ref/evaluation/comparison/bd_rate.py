@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 MIN_POINTS = 4
 _INTERPOLATION = "akima"
@@ -48,7 +48,7 @@ def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
     """
     for name, points in (("the reference", reference), ("the method", curve)):
         if len(points) < MIN_POINTS:
-            point_count = f"{count_noun(len(points), 'point')} of known size"
+            point_count = f"{format_count(len(points), 'point')} of known size"
             return BjontegaardDeltas(
                 None, None, f"{name} has {point_count}; {MIN_POINTS} are needed"
             )

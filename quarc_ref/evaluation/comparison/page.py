@@ -20,7 +20,7 @@ from quarc_ref.evaluation.comparison.tables import (
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, format_texts
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
-from quarc_ref.inspection.wording import count_noun
+from quarc_ref.inspection.wording import format_count
 
 _TRUTH_LABEL = "truth"
 
@@ -97,7 +97,7 @@ def _name_entries(comparison: Comparison) -> list[str]:
 def _describe_comparison(comparison: Comparison) -> str:
     frames, cameras = comparison.frames, comparison.cameras
     frame_range = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
-    view_text = f"{count_noun(len(frames), 'frame')} ({frame_range}) of {', '.join(cameras)}"
+    view_text = f"{format_count(len(frames), 'frame')} ({frame_range}) of {', '.join(cameras)}"
     return f"Measured against {comparison.truth}, on {view_text}. 1 KB is 1024 bytes."
 
 

@@ -80,7 +80,7 @@ def read_motion(
 def _code_motion(
     planes: Planes, levels: Sequence[LevelContext], symbols: Sequence[Int64]
 ) -> list[Int64]:
-    coarser = _CoarserLevels.above_coarsest(levels[-1].parents, symbols[-1].shape[0])
+    coarser = _CoarserSums.zeros_above_coarsest(levels[-1].parents, symbols[-1].shape[0])
     coded: list[Int64] = []
     for level_index in reversed(range(len(levels))):
         if coded:
@@ -91,7 +91,7 @@ def _code_motion(
 
 
 @dataclass(frozen=True, slots=True)
-class _CoarserLevels:
+class _CoarserSums:
     """Sums over a level and all coarser levels, which select contexts of the next finer level.
 
     Attributes:
@@ -103,23 +103,21 @@ class _CoarserLevels:
     magnitudes: Int64
 
     @classmethod
-    def above_coarsest(cls, parents: Int64, channels: int) -> "_CoarserLevels":
+    def zeros_above_coarsest(cls, parents: Int64, channels: int) -> "_CoarserSums":
         """Return the sums before the coarsest level is coded, which are 0."""
         count = int(parents.max()) + 1
         return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
 
-    def add_level(self, parents: Int64, symbols: Int64) -> "_CoarserLevels":
+    def add_level(self, parents: Int64, symbols: Int64) -> "_CoarserSums":
         """Return the sums that include the symbols of the next finer level."""
-        return _CoarserLevels(
-            self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0)
-        )
+        return _CoarserSums(self.sums.take(parents, axis=1) + symbols, np.abs(symbols).sum(axis=0))
 
 
 class _LevelCoder:
     """Codes the planes of one level."""
 
     def __init__(
-        self, planes: Planes, level_number: int, context: LevelContext, coarser: _CoarserLevels
+        self, planes: Planes, level_number: int, context: LevelContext, coarser: _CoarserSums
     ) -> None:
         self._planes = planes
         self._name = f"motion {level_number}"

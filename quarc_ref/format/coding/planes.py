@@ -24,7 +24,7 @@ from quarc_ref.format.coding.probability import choose_codes, weight_of_code
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
 
-_EVEN_WEIGHT = WEIGHT_TOTAL // 2
+_EQUIPROBABLE_WEIGHT = WEIGHT_TOTAL // 2
 
 
 class Planes(Protocol):
@@ -74,7 +74,10 @@ class PlaneWriter:
         fitted_weights = np.array([weight_of_code(code) for code in codes.tolist()])
         is_stated = saves_bits(zeros, ones, weights, fitted_weights)
         code_bits = np.unpackbits(codes[is_stated].astype(np.uint8))
-        self._runs += [(is_stated, STATED_WEIGHT), (code_bits.astype(np.bool_), _EVEN_WEIGHT)]
+        self._runs += [
+            (is_stated, STATED_WEIGHT),
+            (code_bits.astype(np.bool_), _EQUIPROBABLE_WEIGHT),
+        ]
         weights[is_stated] = fitted_weights[is_stated]
         self._runs.extend(zip(runs_of_bits, weights.tolist(), strict=True))
         self._counts.add_bits(model, runs.contexts, zeros, ones)
@@ -82,7 +85,7 @@ class PlaneWriter:
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        self._runs.append((bits, _EVEN_WEIGHT))
+        self._runs.append((bits, _EQUIPROBABLE_WEIGHT))
         return bits
 
     def section(self) -> Section:
@@ -111,7 +114,9 @@ class PlaneReader:
             return bits
         runs = _Runs.group(contexts)
         is_stated = self._bit_decoder.take(runs.contexts.size, STATED_WEIGHT)
-        codes = np.packbits(self._bit_decoder.take(CODE_BITS * int(is_stated.sum()), _EVEN_WEIGHT))
+        codes = np.packbits(
+            self._bit_decoder.take(CODE_BITS * int(is_stated.sum()), _EQUIPROBABLE_WEIGHT)
+        )
         weights = self._counts.weights(model, runs.contexts)
         weights[is_stated] = [weight_of_code(code) for code in codes.tolist()]
         run_sizes = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
@@ -123,7 +128,7 @@ class PlaneReader:
 
     def code_raw(self, bits: Bits) -> Bits:
         """See `Planes.code_raw`."""
-        return self._bit_decoder.take(bits.size, _EVEN_WEIGHT)
+        return self._bit_decoder.take(bits.size, _EQUIPROBABLE_WEIGHT)
 
     def finish(self) -> ContextCounts:
         """Check that all words have been consumed, and return the updated counts.

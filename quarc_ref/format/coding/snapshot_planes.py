@@ -42,11 +42,11 @@ class Snapshot:
 
     Attributes:
         gaussians: Gaussians of the frame, in Morton order.
-        roots: `[N]` index of each survivor in the CANO; -1 for new Gaussians.
+        canonical_indices: `[N]` index of each survivor in the CANO; -1 for new Gaussians.
     """
 
     gaussians: Gaussians
-    roots: Int64
+    canonical_indices: Int64
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,36 +70,39 @@ class CodedSnapshot:
     gaussians: Gaussians
 
 
-def write_snapshot(canonical: Gaussians, gaussians: Gaussians, roots: Int64) -> CodedSnapshot:
+def write_snapshot(
+    canonical: Gaussians, gaussians: Gaussians, canonical_indices: Int64
+) -> CodedSnapshot:
     """Encode a frame relative to a canonical frame.
 
     Args:
         canonical: Gaussians of the CANO, in its Morton order.
         gaussians: Gaussians of the frame, in any order.
-        roots: `[N]` index of each survivor in the CANO, without repetition; -1 for new
+        canonical_indices: `[N]` index of each survivor in the CANO, without repetition; -1 for new
             Gaussians. Survivors that have changed too much are coded as new.
 
     Raises:
         EncodeError: Two color codes of a new Gaussian are too far apart.
         SymbolRangeError: The frame is wider than a CANO can represent.
     """
-    survivors = np.flatnonzero(roots >= 0)
-    survivors = survivors[np.argsort(roots[survivors], kind="stable")]
+    survivors = np.flatnonzero(canonical_indices >= 0)
+    survivors = survivors[np.argsort(canonical_indices[survivors], kind="stable")]
     rows = _compute_residuals(
-        _select_rows(gaussians, survivors), _select_rows(canonical, roots[survivors])
+        _select_rows(gaussians, survivors), _select_rows(canonical, canonical_indices[survivors])
     )
     is_codable = np.abs(rows).max(axis=0) <= _MAX_CHANGE
     is_codable &= (
-        gaussians.codes[_CODE_COUNT:, survivors] == canonical.codes[_CODE_COUNT:, roots[survivors]]
+        gaussians.codes[_CODE_COUNT:, survivors]
+        == canonical.codes[_CODE_COUNT:, canonical_indices[survivors]]
     ).all(axis=0)
     survivors = survivors[is_codable]
     lives = np.zeros(canonical.count, dtype=np.bool_)
-    lives[roots[survivors]] = True
-    rows_by_root = np.zeros((SURVIVOR_ROWS, canonical.count), dtype=np.int64)
-    rows_by_root[:, roots[survivors]] = rows[:, is_codable]
+    lives[canonical_indices[survivors]] = True
+    rows_in_canonical_order = np.zeros((SURVIVOR_ROWS, canonical.count), dtype=np.int64)
+    rows_in_canonical_order[:, canonical_indices[survivors]] = rows[:, is_codable]
     writer = PlaneWriter(ContextCounts())
-    _code_survivors(writer, lives, rows_by_root)
-    is_new = np.ones(roots.size, dtype=np.bool_)
+    _code_survivors(writer, lives, rows_in_canonical_order)
+    is_new = np.ones(canonical_indices.size, dtype=np.bool_)
     is_new[survivors] = False
     newborn, origin, axis_bits = _select_gaussians(gaussians, np.flatnonzero(is_new)), (0, 0, 0), 0
     if newborn.count:
@@ -128,23 +131,25 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     reader = PlaneReader(chunk.survivors, ContextCounts())
     placeholder_lives = np.zeros(canonical.count, dtype=np.bool_)
     placeholder_rows = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
-    survivor_roots, rows = _code_survivors(reader, placeholder_lives, placeholder_rows)
+    survivor_indices, rows = _code_survivors(reader, placeholder_lives, placeholder_rows)
     reader.finish()
-    survivors = _add_residuals(canonical, survivor_roots, rows)
+    survivors = _add_residuals(canonical, survivor_indices, rows)
     code_planes = canonical.codes.shape[0]
     newborn = read_newborn(chunk, code_planes)
     gaussians = _concatenate(survivors, newborn)
-    roots = np.concatenate([survivor_roots, np.full(newborn.count, -1, dtype=np.int64)])
+    canonical_indices = np.concatenate(
+        [survivor_indices, np.full(newborn.count, -1, dtype=np.int64)]
+    )
     order = _sort_morton(gaussians)
-    return Snapshot(_select_gaussians(gaussians, order), roots[order])
+    return Snapshot(_select_gaussians(gaussians, order), canonical_indices[order])
 
 
 def compute_differences(snapshot: Snapshot, canonical: Gaussians) -> Int64:
     """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from the CANO."""
-    (survivors,) = np.nonzero(snapshot.roots >= 0)
-    roots = snapshot.roots[survivors]
+    (survivors,) = np.nonzero(snapshot.canonical_indices >= 0)
+    canonical_indices = snapshot.canonical_indices[survivors]
     return _compute_residuals(
-        _select_rows(snapshot.gaussians, survivors), _select_rows(canonical, roots)
+        _select_rows(snapshot.gaussians, survivors), _select_rows(canonical, canonical_indices)
     )
 
 
@@ -155,14 +160,14 @@ def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
         The indices `[n]` of the survivors in the CANO, and their `[SURVIVOR_ROWS, n]` rows.
     """
     lives = planes.code("survivors, lives", np.zeros(lives.size, dtype=np.int64), lives)
-    survivor_roots = np.flatnonzero(lives)
-    rows = rows[:, survivor_roots]
-    changed_fields = np.zeros(survivor_roots.size, dtype=np.int64)
+    survivor_indices = np.flatnonzero(lives)
+    rows = rows[:, survivor_indices]
+    changed_fields = np.zeros(survivor_indices.size, dtype=np.int64)
     for bit, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
         is_changed = np.any(rows[field], axis=0)
         bits = planes.code(f"survivors, {name}", changed_fields, is_changed)
         changed_fields |= bits.astype(np.int64) << bit
-    coded = np.zeros((SURVIVOR_ROWS, survivor_roots.size), dtype=np.int64)
+    coded = np.zeros((SURVIVOR_ROWS, survivor_indices.size), dtype=np.int64)
     for bit, (name, field) in enumerate(SURVIVOR_FIELDS.items()):
         changed = np.flatnonzero((changed_fields >> bit) & 1)
         values = rows[field][:, changed]
@@ -177,7 +182,7 @@ def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
             coded[field.start, changed] = largest
         else:
             coded[field, changed] = _code_rows(planes, field, values)
-    return survivor_roots, coded
+    return survivor_indices, coded
 
 
 def _code_rows(planes: Planes, rows: slice, values: Int64) -> Int64:
@@ -214,14 +219,14 @@ def _compute_residuals(rows: Int64, canonical_rows: Int64) -> Int64:
     return residuals
 
 
-def _add_residuals(canonical: Gaussians, survivor_roots: Int64, rows: Int64) -> Gaussians:
+def _add_residuals(canonical: Gaussians, survivor_indices: Int64, rows: Int64) -> Gaussians:
     """Add differences to the canonical Gaussians, and return the survivors."""
-    sums = _select_rows(canonical, survivor_roots) + rows
+    sums = _select_rows(canonical, survivor_indices) + rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     index_changed = rows[index] != 0
     sums[index] %= 1 << ROTATION_INDEX_BITS
     sums[components, index_changed] = rows[components, index_changed]
-    codes = canonical.codes[:, survivor_roots]
+    codes = canonical.codes[:, survivor_indices]
     codes[:_CODE_COUNT] = sums[_ROTATION.stop :]
     return Gaussians(sums[SURVIVOR_FIELDS["position"]], sums[_ROTATION], codes)
 

@@ -49,25 +49,25 @@ def _are_equal(first: Gaussians, second: Gaussians) -> bool:
 
 @st.composite
 def _draw_correspondence(draw):
-    """Draw Gaussians of a CANO and of a later frame, and the roots of the later Gaussians."""
+    """Draw Gaussians of a CANO and of a later frame, and their correspondence."""
     canonical = sort_canonical(draw(strategies.gaussians(_HEADER, draw(st.integers(1, 12)))))[2]
     later = draw(strategies.gaussians(_HEADER, draw(st.integers(1, 15))))
     survivors = sorted(draw(st.sets(st.integers(0, min(canonical.count, later.count) - 1))))
-    roots = np.full(later.count, -1, dtype=np.int64)
-    roots[survivors] = draw(st.permutations(survivors)) if survivors else []
-    later.codes[7:, survivors] = canonical.codes[7:, roots[survivors]]
-    return canonical, later, roots
+    canonical_indices = np.full(later.count, -1, dtype=np.int64)
+    canonical_indices[survivors] = draw(st.permutations(survivors)) if survivors else []
+    later.codes[7:, survivors] = canonical.codes[7:, canonical_indices[survivors]]
+    return canonical, later, canonical_indices
 
 
 @given(_draw_correspondence())
 def test_a_snapshot_decodes_like_a_canonical_frame(changes):
-    canonical, later, roots = changes
+    canonical, later, canonical_indices = changes
 
-    coded = write_snapshot(canonical, later, roots)
+    coded = write_snapshot(canonical, later, canonical_indices)
     decoded = _read(coded, canonical)
 
     assert _are_equal(decoded.gaussians, coded.gaussians)
-    assert sorted(decoded.roots.tolist()) == sorted(roots.tolist())
+    assert sorted(decoded.canonical_indices.tolist()) == sorted(canonical_indices.tolist())
     assert _are_equal(sort_canonical(decoded.gaussians)[2], decoded.gaussians)
     columns = [
         np.concatenate([g.positions, g.rotations, g.codes]).T for g in (decoded.gaussians, later)
@@ -139,4 +139,6 @@ def test_random_words_give_survivors_or_are_rejected(words):
     except EntropyError:
         return
 
-    assert sorted(set(snapshot.roots.tolist())) == sorted(snapshot.roots.tolist())
+    assert sorted(set(snapshot.canonical_indices.tolist())) == sorted(
+        snapshot.canonical_indices.tolist()
+    )
