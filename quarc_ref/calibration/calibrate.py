@@ -181,7 +181,7 @@ def _has_sufficient_support(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return the frames to use; by default, the first few of them already span the recording."""
+    """Return the frames to use; by default, even the first few span the recording."""
     if frame_count < 1:
         message = (
             "after synchronization, no frame is common to all cameras; use --sync none to "

@@ -26,8 +26,8 @@ def fuse_keypoints(keypoints_by_moment: Sequence[Keypoints]) -> tuple[Keypoints,
         keypoints_by_moment: `[K, 6]` keypoints of each moment in COLMAP's format.
 
     Returns:
-        `[F, 6]` merged keypoints, each at the mean position of its detections. Then, for each
-        moment, a `[K]` array that maps each keypoint to the index of its merged keypoint.
+        `[F, 6]` merged keypoints, each at the mean position of its detections; and one `[K]` array
+        per moment, which maps each keypoint to the index of its merged keypoint.
     """
     fused = np.zeros((0, 6), np.float64)
     detection_counts = np.zeros(0)
@@ -35,11 +35,11 @@ def fuse_keypoints(keypoints_by_moment: Sequence[Keypoints]) -> tuple[Keypoints,
     for keypoints in keypoints_by_moment:
         indices = _group_keypoints(fused, keypoints)
         matched = np.flatnonzero(indices >= 0)
-        targets = indices[matched]
-        fused[targets, :2] += (keypoints[matched, :2] - fused[targets, :2]) / (
-            detection_counts[targets, None] + 1
+        merged_indices = indices[matched]
+        fused[merged_indices, :2] += (keypoints[matched, :2] - fused[merged_indices, :2]) / (
+            detection_counts[merged_indices, None] + 1
         )
-        detection_counts[targets] += 1
+        detection_counts[merged_indices] += 1
         unmatched = np.flatnonzero(indices < 0)
         indices[unmatched] = len(fused) + np.arange(len(unmatched))
         fused = np.concatenate([fused, keypoints[unmatched]])

@@ -17,7 +17,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     """Read the masks in a folder, and return them by camera name.
 
     Args:
-        folder: Folder with one picture per masked camera. The picture is named after the camera,
+        folder: Folder with one picture per masked camera. Each picture is named after its camera,
             and has the size of the camera's recording. Features at black pixels are not used.
         recordings: Recordings of the cameras.
 

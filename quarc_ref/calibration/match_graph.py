@@ -30,8 +30,7 @@ class MatchGraph:
         database: Path of the COLMAP database; camera `i` has image id `i + 1`.
         names: Names of the cameras.
         feature_counts: Number of features of each camera.
-        match_counts: Number of verified matches of each pair of cameras, by their ascending
-            indices.
+        match_counts: Number of verified matches by pair of camera indices, the smaller index first.
     """
 
     database: Path
@@ -120,15 +119,15 @@ def _write_cameras(
     """Write a COLMAP camera and rig for each lens, and an image for each camera of the rig."""
     lens_ids: dict[object, int] = {}
     for index, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
-        key = size if lenses.is_shared and lenses.known_lenses is None else index
-        if key not in lens_ids:
-            lens_ids[key] = index
+        lens_key = size if lenses.is_shared and lenses.known_lenses is None else index
+        if lens_key not in lens_ids:
+            lens_ids[lens_key] = index
             _write_lens(open_database, index, _make_camera(index, name, size, lenses))
-        sensor = pycolmap.sensor_t(pycolmap.SensorType.CAMERA, lens_ids[key])
-        image = pycolmap.Image(name=f"{name}.png", camera_id=lens_ids[key], image_id=index)
+        sensor = pycolmap.sensor_t(pycolmap.SensorType.CAMERA, lens_ids[lens_key])
+        image = pycolmap.Image(name=f"{name}.png", camera_id=lens_ids[lens_key], image_id=index)
         open_database.write_image(image, use_image_id=True)
         frame = pycolmap.Frame()
-        frame.frame_id, frame.rig_id = index, lens_ids[key]
+        frame.frame_id, frame.rig_id = index, lens_ids[lens_key]
         frame.add_data_id(pycolmap.data_t(sensor, index))
         open_database.write_frame(frame, use_frame_id=True)
 

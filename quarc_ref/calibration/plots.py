@@ -62,8 +62,8 @@ def _draw_rig(
     is_inside = (np.abs(positions) < radius).all(axis=1)
     horizontal, vertical = positions[is_inside].T
     axes.scatter(horizontal, vertical, s=2, c=points[1][is_inside], linewidths=0)
-    rows = np.argsort(np.argsort(centers[:, 0])) % _LABEL_ROWS
-    for name, center, direction, row in zip(names, centers, directions, rows, strict=True):
+    label_rows = np.argsort(np.argsort(centers[:, 0])) % _LABEL_ROWS
+    for name, center, direction, row in zip(names, centers, directions, label_rows, strict=True):
         sight_line = np.stack([center, center + _SIGHT_LINE_LENGTH * radius * direction])
         axes.plot(*sight_line.T, color=_CAMERA_COLOR, lw=1)
         axes.plot(*center, "o", color=_CAMERA_COLOR, markersize=4)

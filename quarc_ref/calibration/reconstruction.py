@@ -1,4 +1,4 @@
-"""Refines a reconstruction by bundle adjustment, and removes outliers and weak cameras."""
+"""Refines a reconstruction by bundle adjustment; removes outliers and poorly supported cameras."""
 
 import copy
 

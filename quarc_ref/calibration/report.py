@@ -37,7 +37,7 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
     parts = {
         "title": html.escape(f"{name}: {calibrated_count} of {camera_count} cameras calibrated"),
         "subtitle": html.escape(
-            f"The up axis is determined by {world.up_from}. One unit is "
+            f"The up axis is determined by {world.up_source}. One unit is "
             + (
                 "one meter. "
                 if world.meters_per_unit

@@ -33,10 +33,11 @@ def measure_loudness(sound: Sound, first_picture_time: float, loudness_rate: flo
     times = sound.start - first_picture_time + np.arange(len(samples)) / sound.samples_per_second
     bins = np.floor(times * loudness_rate).astype(np.int64)
     is_inside = bins >= 0
-    power = np.bincount(bins[is_inside], samples[is_inside] ** 2)
+    power_sums = np.bincount(bins[is_inside], samples[is_inside] ** 2)
     counts = np.bincount(bins[is_inside])
-    mean = power / np.maximum(counts, 1)
-    loudness = np.log(mean + _POWER_FLOOR * max(float(mean.mean() if mean.size else 0), 1e-12))
+    powers = power_sums / np.maximum(counts, 1)
+    mean_power = float(powers.mean() if powers.size else 0)
+    loudness = np.log(powers + _POWER_FLOOR * max(mean_power, 1e-12))
     return subtract_running_mean(loudness[:, None], round(_LOUDNESS_WINDOW * loudness_rate) | 1)
 
 
@@ -65,7 +66,7 @@ def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Moti
 
 
 def make_motion_signal(motion: Motion) -> Numbers:
-    """Return the `[T, 1]` logarithm of each frame's mean change, minus its running mean."""
+    """Return `[T, 1]`: the logarithm of the mean change per frame, minus its running mean."""
     mean_changes = motion.mean(axis=(1, 2), dtype=np.float64)
     return subtract_running_mean(np.log(mean_changes + _CHANGE_FLOOR)[:, None], MOTION_WINDOW)
 

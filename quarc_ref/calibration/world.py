@@ -45,13 +45,13 @@ class World:
     Attributes:
         cameras: Cameras in the final world.
         up: Up direction.
-        up_from: Phrase that says what determined the up direction, for reports.
+        up_source: Phrase that says what determined the up direction, for reports.
         meters_per_unit: Meters per world unit; None if no distance is known.
     """
 
     cameras: tuple[CalibratedCamera, ...]
     up: tuple[float, float, float]
-    up_from: str
+    up_source: str
     meters_per_unit: float | None
 
 
@@ -75,19 +75,19 @@ def define_world(
             at the same position.
         UnknownCameraError: `up` or `distance` names a camera that has no pose.
     """
-    direction, up_from = _find_up(cameras, up)
+    up_direction, up_source = _find_up(cameras, up)
     forward = cameras[0].pose.rotation[2]
-    forward = forward - (forward @ direction) * direction
+    forward = forward - (forward @ up_direction) * up_direction
     if np.linalg.norm(forward) < _PARALLEL_THRESHOLD:  # the camera looks straight up or down
-        forward = np.cross(cameras[0].pose.rotation[0], direction)
+        forward = np.cross(cameras[0].pose.rotation[0], up_direction)
     forward /= np.linalg.norm(forward)
-    rotation = np.stack([np.cross(-direction, forward), -direction, forward])
+    rotation = np.stack([np.cross(-up_direction, forward), -up_direction, forward])
     origin = _find_focus(cameras, points)
     scale = _find_scale(cameras, origin, distance)
     return World(
         tuple(_transform_camera(camera, rotation, origin, scale) for camera in cameras),
         UP,
-        up_from,
+        up_source,
         None if distance is None else 1.0,
     )
 

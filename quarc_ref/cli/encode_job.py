@@ -127,7 +127,7 @@ def encode_to_joined_file(
         UsageError: The file exists and `write_mode` does not allow replacing it, or there are fewer
             frames than segments.
         UnusableCaptureError: The capture cannot be encoded with useful quality.
-        ResumeError: The encode to resume is of a different capture, or has different settings.
+        ResumeError: The interrupted encode used a different capture or different settings.
         JobsError: Some segments could not be encoded; all finished segments are kept.
     """
     is_finished = write_mode.resume and target.is_file() and not write_mode.force

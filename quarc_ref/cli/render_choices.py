@@ -52,7 +52,7 @@ def choose_camera(
 
 
 def require_pixel_limit(camera: "Camera", max_pixels: int) -> None:
-    """Raise UsageError with a hint at suitable options if pictures have too many pixels."""
+    """Raise UsageError, which suggests options, if the pictures have too many pixels."""
     pixels = camera.width * camera.height
     if pixels > max_pixels:
         message = (

@@ -36,8 +36,8 @@ def choose_output_kind(output: Path, *, depth: bool) -> OutputKind:
     if suffix not in ("", _PICTURE_SUFFIX) or (depth and suffix):
         message = (
             f"the output type is not clear from the name {output}: use the suffix .mp4 or "
-            ".webm for a video, .png for one frame, no suffix for a folder of files (the "
-            "only choice with --depth), or choose the type with --to"
+            ".webm for a video, .png for one frame, or no suffix for a folder of files; or "
+            "choose the type with --to. With --depth, the output must be a folder"
         )
         raise UsageError(message)
     return "png"
@@ -81,7 +81,7 @@ def write_depths(
     *,
     force: bool,
 ) -> dict[str, object]:
-    """Write depth as 16-bit PNG files or NumPy archives, and `depth.json`, which describes them.
+    """Write depths as 16-bit PNG files or NumPy archives, and a `depth.json` that describes them.
 
     Args:
         rendered_pictures: Planned pictures in order, each with its depth `[H, W]` in world units

@@ -133,7 +133,7 @@ class SingleFrameFile:
 
 @contextmanager
 def open_output_frame(target: Path, *, force: bool) -> Iterator[SingleFrameFile]:
-    """Open a temporary file for one frame, which replaces a target when the block ends.
+    """Open a temporary file for one frame; it replaces a target when the block ends.
 
     Raises:
         UsageError: The target is `-`, or exists and must not be replaced.

@@ -1,7 +1,7 @@
 """Converts lenses from and to COLMAP cameras, and turns off COLMAP's log.
 
 COLMAP's camera models are documented at colmap.github.io/cameras.html. In each supported model,
-the parameters after the principal point are the first of OpenCV's distortion coefficients, in
+the parameters after the principal point are the first few of OpenCV's distortion coefficients, in
 OpenCV's order.
 """
 

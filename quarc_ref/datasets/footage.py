@@ -86,8 +86,8 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """Return a SHA-256 digest, in hex digits, that identifies the files of a capture.
 
     Args:
-        folder: Folder of the capture. Hashed file names are relative to the folder, so moving it
-            does not change the digest.
+        folder: Folder of the capture. Hashed file names are relative to the folder, so moving the
+            folder does not change the digest.
         files: Files of the capture.
 
     Raises:

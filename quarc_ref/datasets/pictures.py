@@ -99,8 +99,7 @@ class SynchronizedPictures:
 
     Attributes:
         first_frames: `[camera]` frame of the source that becomes frame 0.
-        frame_count: Number of frames that all cameras have; 0 or negative if there is no such
-            frame.
+        frame_count: Number of frames that all cameras have; 0 or negative if there are none.
     """
 
     def __init__(self, source: Pictures, first_frames: Sequence[int]) -> None:

@@ -1,4 +1,8 @@
-"""Hidden paths next to a target NAME: `.NAME.0123456789abcdef.part`, or `.old` for old targets."""
+"""Hidden paths next to a target NAME.
+
+`.NAME.0123456789abcdef.part` is incomplete output; `.NAME.0123456789abcdef.old` is an old target
+that is being replaced.
+"""
 
 import re
 import secrets

@@ -53,7 +53,7 @@ def test_parallel_cameras_give_their_mean_up_axis():
     points = 0.3 * np.array([[1.5, 0, 5.0]]) @ ROTATION.T + np.array([4, -2, 7])
     world = define_world(transform_rig(cameras), points)
 
-    assert "mean" in world.up_from
+    assert "mean" in world.up_source
     assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999
 
 

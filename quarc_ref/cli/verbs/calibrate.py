@@ -226,7 +226,7 @@ def _print_result(
         "reprojection error": f"{solution.mean_error:.2f} px",
         "points": f"{len(calibration.points.positions):,}",
         "offsets": _OFFSET_SOURCES[calibration.offsets.method.value],
-        "up from": calibration.world.up_from,
+        "up from": calibration.world.up_source,
         "seconds": f"{seconds}",
         "report": str(page),
     }
@@ -238,7 +238,7 @@ def _print_result(
 _OFFSET_SOURCES = {
     "sound": "from sound",
     "motion": "from motion",
-    "none": "not estimated, all 0 (--sync motion needs 24 frames)",
+    "none": "not estimated; all are 0 (--sync motion needs 24 frames)",
 }
 
 

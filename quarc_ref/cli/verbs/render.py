@@ -205,7 +205,7 @@ def _choose_planned_pictures(
 def _report_progress(
     rendered: Iterator[Any], progress: TerminalProgress, total: int
 ) -> Iterator[Any]:
-    """Yield rendered pictures, and show progress."""
+    """Yield the rendered pictures unchanged, and show progress."""
     for done_count, picture in enumerate(rendered, start=1):
         progress.advance("render", done_count, total)
         yield picture

@@ -47,10 +47,10 @@ def import_frames(
         typer.Option(
             "--bound",
             metavar="NAME=VALUE",
-            help="Largest allowed error of an attribute: position (world units), rotation "
-            "(radians), log_scale, opacity (logit), sh_dc, sh_rest; or most_slack, the largest "
-            "factor by which the bounds of position and rotation may grow where errors are less "
-            "visible. May be repeated.",
+            help="Maximum error of an attribute: position (world units), rotation (radians), "
+            "log_scale, opacity (logit), sh_dc or sh_rest. most_slack is the largest factor by "
+            "which the bounds of position and rotation may grow where errors are less visible. "
+            "May be repeated.",
         ),
     ] = None,
     fps: Annotated[

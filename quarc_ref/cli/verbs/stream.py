@@ -143,7 +143,7 @@ def describe_verification(verification: "Verification") -> dict[str, str]:
         "entropy": entropy_text,
         "seek points": f"{verification.seek_points:,}, all with the same states "
         f"({verification.frames_compared:,} frames compared)",
-        f"level {verification.level / 10:.1f}": f"within its limits, at most {level_text}",
+        f"level {verification.level / 10:.1f}": f"within its limits; largest values: {level_text}",
     }
 
 

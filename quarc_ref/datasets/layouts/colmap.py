@@ -94,7 +94,8 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
     """Return the posed images by camera name: one dictionary for each way of naming cameras.
 
     Cameras are named either after their image files without suffix (`cam00.png`), or after the
-    first folders in the images' paths (`cam00/0000.png`). The names in a set must be distinct.
+    first folders in the images' paths (`cam00/0000.png`). A way that does not give distinct names
+    is skipped.
     """
     images = [image for image in model.images.values() if image.has_pose]
     stems = [Path(image.name).stem for image in images]
