@@ -36,13 +36,13 @@ def overview() -> str:
     rows = [
         ("position before", str(position)),
         ("rotation before", _tuple(rotation_before)),
-        ("it follows", "anchor 3 of level 1 and anchor 1 of level 2"),
+        ("anchors that it follows", "anchor 3 of level 1 and anchor 1 of level 2"),
         ("symbols of anchor 3 of level 1", str(fine_symbols)),
         ("symbols of anchor 1 of level 2", str(coarse_symbols)),
-        ("motion: the sums", str(tuple(sums))),
+        ("motion: the sums of the symbols", str(tuple(sums))),
         ("position after: before + 7 T", str(moved_position)),
         ("(L x 100 + W', X, Y, Z)", _tuple(vector)),
-        ("d: that, normalized with 20 guard bits", _tuple(residual)),
+        ("d: this vector, normalized with 20 guard bits", _tuple(residual)),
         ("rotation after: q x d / 2^22, normalized with 8 guard bits", _tuple(rotation_after)),
     ]
     return render_table(("what", "numbers"), rows)
@@ -87,9 +87,9 @@ def coder_steps() -> str:
         )
     decoded = render_table(("weight", "state before", "word", "bit", "state after"), rows)
     return (
-        f"The encoder, from the last bit to the first:\n\n{encoded}\n"
+        f"The encoder codes the bits from the last to the first:\n\n{encoded}\n"
         f"It then writes its state, low word first; the words are `{' '.join(words)}`. "
-        f"The decoder:\n\n{decoded}"
+        f"The decoder takes the words\nfrom the last to the first:\n\n{decoded}"
     )
 
 
@@ -118,7 +118,14 @@ def sampler() -> str:
         role = ("by rule 2" if is_lowest else "by rule 3") if ids[i] in owners else "no"
         anchor = str(anchors.binding[0, i])
         rows.append((str(ids[i]), str(point), f"{words[i]:08x}", str(cells[i]), role, anchor))
-    head = ("id", "position", "word 0", f"cell at shift {shift}", "an anchor", "follows anchor")
+    head = (
+        "id",
+        "position",
+        "word 0",
+        f"cell at shift {shift}",
+        "chosen as an anchor",
+        "follows anchor",
+    )
     occupied = len(set(_list_cells(shift - 1)))
     return (
         f"With seed {header.seed}, phase {phase}, m = 2 and L = 1, A_1 = {anchor_count}. At shift "

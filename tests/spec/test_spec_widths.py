@@ -52,7 +52,7 @@ def test_a_rotation_of_one_step_stays_within_the_widths(rotation, vector):
     divided = [oracle.divide_round(v, ONE) for v in products]
 
     assert _is_within("L x `rotation_unity` + W'", vector[0])
-    assert _is_within("the same x 2^40", squared << 40)
+    assert _is_within("this sum x 2^40", squared << 40)
     assert _is_within("v_i x 2^42", *(v << 42 for v in vector))
     assert _is_within(
         "2 abs(v_i x 2^42) + n", *(2 * abs(v << 42) + isqrt(squared << 40) for v in vector)
@@ -77,16 +77,16 @@ def test_counts_and_their_weights_stay_within_the_widths(count_before, ones_befo
     counts_after = add_to_counts(counts, [0] * zeros + [1] * ones)
 
     assert _is_within("zeros, ones, zeros + ones, between planes", *counts_after, sum(counts_after))
-    assert _is_within("weight of a 1, by counts", weight_from_counts(*counts_after))
+    assert _is_within("weight of a 1, from counts", weight_from_counts(*counts_after))
 
 
 def test_the_widths_of_counts_are_reached():
-    minimum, maximum = BOUNDS["weight of a 1, by counts"]
+    minimum, maximum = BOUNDS["weight of a 1, from counts"]
 
     assert (weight_from_counts(4096, 0), weight_from_counts(0, 4096)) == (minimum, maximum)
     assert BOUNDS["(2 ones + 1) x 2^24"][1] == (2 * 4096 + 1) << 24
-    assert BOUNDS["done, each channel"] == (-130, 130)
-    assert BOUNDS["expected, each channel; f"] == (-325, 325)
+    assert BOUNDS["motion done, each channel"] == (-130, 130)
+    assert BOUNDS["expected value, each channel; f"] == (-325, 325)
     assert BOUNDS["f - i"] == (-388, 325)
 
 
@@ -94,7 +94,7 @@ def test_the_widths_are_reached():
     """A bound that no input reaches would be too wide, so extreme inputs must reach the bounds."""
     largest_sums = [963, 195, 195, 195]
 
-    assert sum(v * v for v in largest_sums) << 40 == BOUNDS["the same x 2^40"][1]
+    assert sum(v * v for v in largest_sums) << 40 == BOUNDS["this sum x 2^40"][1]
     assert BOUNDS["v_i x 2^42"] == (-195 << 42, 963 << 42)
     assert BOUNDS["v_i x 2^30, of 7.2 and of q x d"][1] > ONE << 30
     assert BOUNDS["2 abs(v_i x 2^30) + n"][1] > 1 << 53
