@@ -1,7 +1,7 @@
 """The closed loop: each frame is trained from the decoded state of the previous frame.
 
-Encoder and decoder cannot drift apart, because the encoder has no separate state: each
-chunk is decoded before it is written, and the next frame starts from the decoded state.
+Encoder and decoder cannot drift apart, because the encoder has no state of its own: each chunk
+is decoded before it is written, and the next frame starts from the decoded state.
 """
 
 from typing import Any, BinaryIO
@@ -36,8 +36,8 @@ class ClosedLoop:
     """Writes the frames of a stream and decodes each one before it is written.
 
     A frame is written in three steps: `start_frame`, `move_frame` and a `commit` method. Each
-    step takes the result of the previous step. Only the last step writes to the stream and
-    changes the loop.
+    step takes the result of the previous step. Only the `commit` method writes to the stream and
+    changes the state of the loop.
 
     Args:
         sink: Binary file to which the stream is appended.
@@ -45,7 +45,8 @@ class ClosedLoop:
         cameras: Content of the `came` chunk.
         metadata: Content of the `meta` chunk.
         existing_bytes: Number of bytes of the stream that the sink already contains. `replay`
-            must be called for each frame in these bytes before further frames are committed.
+            must be called for each frame that the sink already contains, before new frames are
+            committed.
 
     Attributes:
         state: The decoder's state of the last frame.

@@ -1,7 +1,7 @@
 """Finds faults in a capture before hours are spent on encoding it.
 
-`encode` runs only the quick checks (`checks.capture_checks`). This module also reads all
-frames of all cameras, including held-out cameras. If the capture cannot be opened, the
+`encode` runs only the quick checks (`checks.capture_checks`). The functions of this module also
+check all frames of all cameras, including held-out cameras. If the capture cannot be opened, the
 error is reported as a finding.
 """
 
@@ -22,7 +22,7 @@ from quarc_ref.encoder.checks.machine import (
     measure_free_resources,
 )
 from quarc_ref.encoder.checks.motion_checks import find_motion_faults
-from quarc_ref.encoder.checks.recording import find_unreadable, record
+from quarc_ref.encoder.checks.recording import find_unreadable, read_recordings
 from quarc_ref.encoder.forecast import Forecast, forecast
 from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -105,7 +105,7 @@ def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
 def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
     """Return findings from all frames of all cameras."""
     names = [camera.name for camera in capture.cameras]
-    recordings = record(capture, lambda *done: progress.advance("frames", *done))
+    recordings = read_recordings(capture, lambda *done: progress.advance("frames", *done))
     return [
         *find_unreadable(names, recordings),
         *find_motion_faults(capture.cameras, recordings),

@@ -22,8 +22,8 @@ class EncodeOptions:
         device: `cpu`, `cuda`, or `auto` (CUDA if a CUDA device and gsplat are available).
         progress: Called after every training step.
         checkpoint: File to which the training state of frame 0 is saved every minute. If the
-            file already exists and belongs to this encode, training resumes from it. None: the
-            state is not saved.
+            file already exists and belongs to this encode, training resumes from it. If
+            `checkpoint` is None, the training state is not saved.
         checks: Whether to check the capture before frame 0 is trained.
         report: Called with every finding (a reason to expect poor quality).
         monitor: Called for every training step and every frame.

@@ -43,9 +43,10 @@ class Forecast:
         seconds_of_first: Time for frame 0, extrapolated from training steps on this machine.
         seconds_per_frame: Time for each later frame, extrapolated from the same training steps.
         seconds: Time for all frames.
-        memory_bytes: Upper bound on main memory; with CUDA, also on device memory.
+        memory_bytes: Upper bound on the main memory that is used; with CUDA, also on the device
+            memory.
         disk_bytes: Upper bound on the disk space for the stream and its checkpoint.
-        stream_bytes: Lower and upper bound on the size of the stream.
+        stream_bytes: Lower and upper bounds on the size of the stream.
     """
 
     seconds_of_first: float
@@ -111,7 +112,7 @@ def _forecast_seconds(
 
 
 def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:
-    """Return the lower and upper bound on the size of a stream of `count` frames."""
+    """Return lower and upper bounds on the size of a stream of `count` frames, bytes."""
     min_bytes, max_bytes = (
         int(share * max_gaussians * (canonical_bytes + frame_bytes * (count - 1)))
         for share, canonical_bytes, frame_bytes in zip(

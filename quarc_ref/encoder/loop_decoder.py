@@ -19,10 +19,10 @@ class _DecodedFrame(NamedTuple):
 class LoopDecoder(StreamDecoder):
     """A `StreamDecoder` that reuses the state that the frame coder has already decoded.
 
-    A frame's state depends only on the previous state and on the bytes of its chunk. The
-    frame coder decodes the sections of the chunk one by one, so its final state equals the
-    result of decoding the chunk. If a chunk differs in any byte, or follows a different
-    state, it is decoded again.
+    A frame's state depends only on the previous state and on the bytes of its chunk. The frame
+    coder decodes the sections of the chunk one by one, so its final state equals the result of
+    decoding the chunk. A chunk that differs in any byte, or that follows a different state, is
+    decoded again.
     """
 
     _decoded: _DecodedFrame | None = None

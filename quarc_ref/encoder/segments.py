@@ -39,8 +39,8 @@ class Segment:
         options: Options of the encode; `frames` is ignored.
         first: First frame of the segment.
         count: Number of frames in the segment.
-        file: File for the stream of the segment. If it contains a partial stream, the encode
-            continues this stream.
+        file: File for the stream of the segment. If the file contains a partial stream, the
+            encode continues that stream.
     """
 
     folder: Path

@@ -39,8 +39,8 @@ def propose_steps(
     """Return a header with a lattice and steps that suit a capture.
 
     The smaller step is 8 to 16 lattice units, so that rounding changes the steps by at most a
-    sixteenth. If such a lattice does not cover 4 times the largest coordinate of cameras and
-    points, a coarser lattice is used.
+    sixteenth. If a lattice this fine does not cover four times the largest coordinate of cameras
+    and points, a coarser lattice is used.
 
     Args:
         header: Header from the settings. If a step is 0 in `settings`, the step in this header is

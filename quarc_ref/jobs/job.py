@@ -32,9 +32,9 @@ class WorkerPool:
         workers: Maximum number of jobs that run at the same time in local processes or on a `local`
             cluster.
         threads: Number of threads of each job.
-        ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`, `auto` for a
-            running cluster on this machine, or `local` for a temporary cluster. None to run jobs
-            in local processes.
+        ray: Address of a Ray cluster for `ray.init`: `host:port`, `ray://host:port`, `auto` for
+            a running cluster on this machine, or `local` for a temporary cluster. If `ray` is
+            None, jobs run in local processes.
         gpus: Number of GPUs that each job occupies on the cluster; may be a fraction.
 
     Raises:

@@ -83,7 +83,7 @@ def _join_or_kill(process: BaseProcess) -> None:
 def _change_environment(changes: Mapping[str, str]) -> Iterator[None]:
     """Set environment variables for the processes that are started within this context.
 
-    They cannot be set in `_run_worker`, because libraries may be loaded before it runs.
+    The variables cannot be set in `_run_worker`, because libraries may be loaded before it runs.
     """
     previous_values = {name: os.environ.get(name) for name in changes}
     os.environ.update(changes)

@@ -68,7 +68,7 @@ class _DecodedFrame:
 class FramePipeline:
     """Decodes the frames of a stream, in worker threads if there is more than one thread.
 
-    It has no reference to the player, so an unused player can be garbage-collected.
+    The pipeline has no reference to the player, so an unused player can be garbage-collected.
 
     Attributes:
         source: The stream.

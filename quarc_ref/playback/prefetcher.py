@@ -19,7 +19,8 @@ class Prefetcher(Generic[_Item]):
     when the prefetcher is closed or garbage-collected.
 
     Args:
-        make_iterator: Function that makes the iterator; both run in the thread.
+        make_iterator: Function that makes the iterator; the thread calls it, then runs the
+            iterator.
         max_items: Maximum number of buffered items.
         closed: Event that `close` sets to make the iterator stop waiting; None if the iterator
             does not wait.

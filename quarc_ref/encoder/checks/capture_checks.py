@@ -152,9 +152,9 @@ def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
 def _measure_parallax(projected: _ProjectedPoints) -> float:
     """Return the median angle between neighboring cameras as seen from a point, in degrees.
 
-    For each camera and each point that it sees, the angle is measured at the point, between
-    this camera and the nearest other camera that sees the point. The result is 0 if no point is
-    visible in two cameras.
+    For each camera and each point that it sees, the angle at the point is measured between the
+    directions to this camera and to the nearest other camera that sees the point. The result is
+    0 if no point is visible in two cameras.
     """
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
     directions = projected.positions - centers[:, None]

@@ -80,9 +80,9 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
 def _measure_camera_errors(pairs: Sequence[_CameraPair], camera_count: int) -> Numbers:
     """Return the `[camera]` pose error of each camera, in pixels.
 
-    The error is the lower median over the camera's pairs with similar viewing directions. If
-    there are no such pairs, it is the smallest error of the camera's other pairs, or 0 if there
-    are no pairs at all.
+    The error is the lower median over the camera's pairs with similar viewing directions. If the
+    camera has no such pairs, its error is the smallest error of its other pairs, or 0 if it has
+    no pairs.
     """
     errors = np.zeros(camera_count)
     for camera in range(camera_count):
@@ -154,12 +154,12 @@ def _measure_distances(
     )
     lines_in_second, lines_in_first = first_points @ fundamental.T, second_points @ fundamental
     algebraic_errors = np.abs((second_points * lines_in_second).sum(axis=1))
-    epsilon = 1e-12
+    min_norm = 1e-12
     distances: Numbers = (
         algebraic_errors
-        / np.maximum(np.hypot(lines_in_second[:, 0], lines_in_second[:, 1]), epsilon)
+        / np.maximum(np.hypot(lines_in_second[:, 0], lines_in_second[:, 1]), min_norm)
         + algebraic_errors
-        / np.maximum(np.hypot(lines_in_first[:, 0], lines_in_first[:, 1]), epsilon)
+        / np.maximum(np.hypot(lines_in_first[:, 0], lines_in_first[:, 1]), min_norm)
     ) / 2
     return distances
 

@@ -1,9 +1,9 @@
 """Checks whether decoded frame 0 reproduces the training views well enough.
 
-Training optimizes these views, so a scene that looks bad in them looks bad in all views. The
-PSNR of each view is compared with the PSNR of its coarse picture, in which squares of 1/20 of
-the width are replaced by their mean colors. A view whose PSNR is lower than that of its coarse
-picture shows no detail.
+Training optimizes the training views, so a scene that looks bad in them looks bad in all views.
+The PSNR of each view is compared with the PSNR of its coarse picture, in which squares of 1/20
+of the width are replaced by their mean colors. A view whose PSNR is lower than that of its
+coarse picture shows no detail.
 """
 
 from collections.abc import Iterable, Iterator, Sequence

@@ -25,13 +25,13 @@ class Recording:
         gray_pictures: `[T, rows, columns]` gray levels (0 to 255) of the first T frames,
             multiplied by 128.
         is_readable: `[T]` whether a frame could be read.
-        faults: Error message of each frame that could not be read, by frame index.
+        read_errors: Error message of each frame that could not be read, by frame index.
     """
 
     block_size: int
     gray_pictures: NDArray[np.uint16]
     is_readable: NDArray[np.bool_]
-    faults: dict[int, str]
+    read_errors: dict[int, str]
 
     @property
     def changes(self) -> NDArray[np.float32]:
@@ -46,7 +46,7 @@ class Recording:
 _GRAY_SCALE = 128
 
 
-def record(capture: Capture, advance: ReportProgress) -> list[Recording]:
+def read_recordings(capture: Capture, advance: ReportProgress) -> list[Recording]:
     """Read every frame of all cameras, and return a recording of each camera.
 
     Args:
@@ -61,30 +61,28 @@ def record(capture: Capture, advance: ReportProgress) -> list[Recording]:
         gray_pictures = np.zeros(
             (stored_count, camera.height // block_size, camera.width // block_size), dtype=np.uint16
         )
-        faults: dict[int, str] = {}
+        read_errors: dict[int, str] = {}
         for frame in range(capture.frame_count):
             try:
                 picture = capture.image(index, frame)
             except CaptureError as error:
-                faults[frame] = str(error)
+                read_errors[frame] = str(error)
             else:
                 if frame < stored_count:
                     gray_pictures[frame] = _downscale(picture, block_size)
             advance(index * capture.frame_count + frame + 1, total)
-        is_readable = np.array([frame not in faults for frame in range(stored_count)])
-        recordings.append(Recording(block_size, gray_pictures, is_readable, faults))
+        is_readable = np.array([frame not in read_errors for frame in range(stored_count)])
+        recordings.append(Recording(block_size, gray_pictures, is_readable, read_errors))
     return recordings
 
 
 def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[Finding]:
     """Yield a finding for each camera with unreadable frames."""
     for name, recording in zip(names, recordings, strict=True):
-        if recording.faults:
-            first_fault_frame = min(recording.faults)
-            frames = format_names([str(frame) for frame in sorted(recording.faults)])
-            message = (
-                f"{name} has unreadable frames ({frames}): {recording.faults[first_fault_frame]}"
-            )
+        if recording.read_errors:
+            first_error = recording.read_errors[min(recording.read_errors)]
+            frames = format_names([str(frame) for frame in sorted(recording.read_errors)])
+            message = f"{name} has unreadable frames ({frames}): {first_error}"
             yield Finding("unreadable-frame", message, (name,))
 
 

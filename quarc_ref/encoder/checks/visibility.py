@@ -13,8 +13,8 @@ _MAX_SURFACE_DEPTH_RATIO = 1.05  # depths with a smaller ratio belong to the sam
 def find_visible_points(camera: Camera, projection: PointProjection) -> NDArray[np.intp]:
     """Return the indices of the points in the picture that no other point occludes.
 
-    The picture is divided into cells, and only the nearest points in each cell are visible. The
-    cells are small, so that a wrong point near the camera hides only a few points.
+    The picture is divided into cells, and only the nearest points in each cell count as visible.
+    The cells are small, so that a wrong point near the camera hides only a few points.
     """
     inside = np.flatnonzero(projection.is_visible)
     if not inside.size:

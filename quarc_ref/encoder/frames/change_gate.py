@@ -23,8 +23,9 @@ def compute_gate_weights(
         context: Views and renderer.
         attributes: Attributes of the scene after its motion.
         frame: Ordinal of the frame that is compared with the previous frame.
-        view_count: Number of training views to use. These views are evenly spaced
-            in the list of views, and the same in every frame. If 0, all weights are 1.
+        view_count: Number of training views to use. The views that are used are evenly spaced in
+            the list of training views, and are the same in every frame. If `view_count` is 0,
+            all weights are 1.
 
     The median of Eq. 5 is computed over the Gaussians that are visible in at least one view. The
     median over all Gaussians could be 0, which would open the gate everywhere.

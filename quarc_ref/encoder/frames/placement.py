@@ -2,7 +2,7 @@
 
 The placement `gate` is the paper's rule (section 5): it clones Gaussians that pass the change
 gate. The placement `errors` (not in the paper) puts Gaussians on the surface that is visible at
-pixels with a large error, and gives them the colors of these pixels. It also handles color
+pixels with a large error, and gives them the colors of these pixels. `errors` also handles color
 changes without motion, which the gate barely detects.
 """
 

@@ -1,8 +1,8 @@
 """Motion surrogate: differentiable motion in floats (SPEC 7.5 and 7.8, paper Eq. 2).
 
-The surrogate only serves to compute gradients; the state of a frame comes from the decoder.
-Surrogate and decoder differ only in rounding: the decoder rounds positions to the lattice
-and rotations to multiples of 2^-22.
+The surrogate is used only to compute gradients; the state of a frame comes from the decoder.
+Surrogate and decoder differ only in rounding: the decoder rounds positions to the lattice and
+rotations to multiples of 2^-22.
 """
 
 import torch

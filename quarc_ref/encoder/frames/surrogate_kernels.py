@@ -96,8 +96,8 @@ def log_norms(values, squared_norm_floor, logs, derivatives):
         values: `[N, k]` rows.
         squared_norm_floor: Value added to squared norms, so that the derivative is finite.
         logs: `[N]` output: ln(1 + norm).
-        derivatives: `[N]` output: 1 / (norm (1 + norm)). The gradient of a row is
-            the row times this value.
+        derivatives: `[N]` output: 1 / (norm (1 + norm)). The gradient of a row is the row
+            multiplied by its item in `derivatives`.
     """
     for i in numba.prange(values.shape[0]):
         squared_norm = squared_norm_floor

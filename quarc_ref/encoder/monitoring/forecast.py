@@ -18,13 +18,13 @@ def estimate_frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
 
     Args:
         plan: Plan of the encode.
-        step_seconds: Duration of an iteration of frame 0, seconds.
+        step_seconds: Duration of a training step of frame 0, seconds.
     """
     steps = plan.motion_steps * _MOTION_STEP_COST + plan.birth_steps * _BIRTH_STEP_COST
     return step_seconds * (steps + plan.views * _VIEW_COST)
 
 
-class Forecast:
+class TimeForecast:
     """Forecast of the remaining time, updated during an encode.
 
     Args:

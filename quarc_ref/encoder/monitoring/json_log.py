@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import asdict
 from typing import TextIO
 
-from quarc_ref.encoder.monitoring.forecast import Forecast
+from quarc_ref.encoder.monitoring.forecast import TimeForecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
 
 _SCHEMA = "encode-log/1"
@@ -24,11 +24,11 @@ class JsonLog:
     def __init__(self, sink: TextIO, clock: Callable[[], float] = time.monotonic) -> None:
         self._sink, self._clock = sink, clock
         self._start_time = clock()
-        self._forecast: Forecast | None = None
+        self._forecast: TimeForecast | None = None
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
         """See `Monitor.begin`."""
-        self._forecast = Forecast(plan, self._clock)
+        self._forecast = TimeForecast(plan, self._clock)
         self._write("begin", {**asdict(plan), "estimate": asdict(estimate())})
 
     def step(self, step: TrainingStep) -> None:

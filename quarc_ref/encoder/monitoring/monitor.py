@@ -119,8 +119,8 @@ class Monitor(Protocol):
 
         Args:
             plan: Frames and training steps of the encode.
-            estimate: Function that estimates the duration and size of the encode. Calling it
-                takes one or two seconds.
+            estimate: Function that estimates the duration and size of the encode. Calling this
+                function takes one or two seconds.
         """
         ...
 

@@ -5,7 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from statistics import fmean
 
-from quarc_ref.encoder.monitoring.forecast import Forecast
+from quarc_ref.encoder.monitoring.forecast import TimeForecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
 
 _KILOBYTE = 1024
@@ -19,7 +19,7 @@ class EncodeStatus:
 
     Args:
         announce: Function that is called with the plan and the estimate before training starts.
-            If None, no estimate is computed.
+            If `announce` is None, no estimate is computed.
         clock: Function that returns seconds since an arbitrary time.
     """
 
@@ -29,7 +29,7 @@ class EncodeStatus:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._announce, self._clock = announce, clock
-        self._forecast: Forecast | None = None
+        self._forecast: TimeForecast | None = None
         self._psnr_samples: deque[float] = deque(maxlen=_SAMPLE_COUNT)
         self._next_sample_time = 0.0
         self._gaussians = 0
@@ -39,7 +39,7 @@ class EncodeStatus:
         """See `Monitor.begin`."""
         if self._announce is not None:
             self._announce(plan, estimate())
-        self._forecast = Forecast(plan, self._clock)
+        self._forecast = TimeForecast(plan, self._clock)
         self._byte_count = plan.byte_count
 
     def step(self, step: TrainingStep) -> None:

@@ -1,8 +1,8 @@
 """Stores named arrays in a file, and rejects files with a different layout.
 
 The file starts with a JSON line that contains a key, a CRC, and the type and shape of every
-array. The uncompressed bytes of the arrays follow. Types and shapes are compared with the
-layout before any array is read, so that reading never takes more memory than the layout
+array. The uncompressed bytes of the arrays follow this line. Types and shapes are compared with
+the layout before any array is read, so that reading never takes more memory than the layout
 allows.
 """
 

@@ -1,10 +1,10 @@
 """Reads partial streams, from which interrupted encodes are resumed.
 
-The complete frames of a stream are sufficient to resume. The state of the last frame is
-decoded, and exposures are computed from decoded frame 0. Rate-distortion weights are
-computed from the frame sizes, and random numbers depend only on (seed, frame, purpose). The
-result is byte-identical to an uninterrupted encode if capture, settings and software are the
-same. The metadata of the stream shows whether they are the same.
+The complete frames of a stream are sufficient to resume. The state of the last frame is decoded,
+and exposures are computed from decoded frame 0. Rate-distortion weights are computed from the
+frame sizes, and random numbers depend only on (seed, frame, purpose). The resumed stream is
+byte-identical to that of an uninterrupted encode if capture, settings and software are the same.
+To detect differences, the metadata of the stream is compared with that of the new encode.
 """
 
 from collections.abc import Sequence

@@ -1,7 +1,7 @@
 """Validates the arrays of a checkpoint before training uses them.
 
-Other users may be able to write the file, and the renderer's kernels do not check their
-arguments. This module therefore checks types, shapes and values.
+Other users may be able to change a checkpoint, and the renderer's kernels do not check their
+arguments. Therefore, the types, shapes and values of the arrays are checked here.
 """
 
 from collections.abc import Collection

@@ -1,8 +1,8 @@
 """Applies the same edit to all decoded frames: crop, erase, transform, recolor.
 
 The anchors of a stream depend on the number of Gaussians and on their positions. An edit that
-changes either of them requires all frames to be fitted again. Each Gaussian keeps its identity
-across frames.
+changes this number or any position requires all frames to be fitted again. Each Gaussian keeps
+its identity across frames.
 """
 
 from collections.abc import Iterable, Iterator
@@ -99,7 +99,7 @@ class Similarity:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Changes to apply to every frame, in the order of the attributes.
+    """Changes to every frame, which are applied in the order of the attributes.
 
     Attributes:
         boxes: Boxes `(min x, min y, min z, max x, max y, max z)` in world units. Only Gaussians

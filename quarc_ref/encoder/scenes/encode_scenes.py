@@ -114,7 +114,8 @@ def encode_scenes(
     the decoder's output.
 
     Args:
-        scenes: Frames in order. The first three are read together, the others one by one.
+        scenes: Frames in order. The first three frames are read together, and later frames are
+            read one by one.
         sink: Binary file to which the stream is appended.
         options: Error bounds and properties of the stream; None for the defaults.
 

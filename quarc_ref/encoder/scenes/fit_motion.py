@@ -131,7 +131,7 @@ def _drop_unneeded_symbols(
 ) -> list[Int64]:
     """Set unneeded symbols to 0, from the finest to the coarsest level.
 
-    A symbol is needed if, without it, a Gaussian would no longer be within its tolerance.
+    A symbol is needed if setting it to 0 would move a Gaussian out of its tolerance.
     """
     bindings = anchors.binding[:, survivors]
     remaining = target_motion - sum(

@@ -1,9 +1,9 @@
 """Matches the Gaussians of consecutive frames by ids or by order.
 
-Without ids, row i of a frame matches row i of the next frame if both frames have the same
-number of rows and most of these pairs are plausible. Otherwise, landmarks are matched first:
-rows whose attributes, except position and rotation, are equal in both frames and unique in
-each frame. Rows between two landmarks are matched in order. Unmatched rows are deaths or
+Without ids, row i of a frame matches row i of the next frame if both frames have the same number
+of rows and most of these pairs are plausible. If this is not the case, landmarks are matched
+first: rows whose attributes, except position and rotation, are equal in both frames and unique
+in each frame. Rows between two landmarks are matched in order. Unmatched rows are deaths or
 births.
 """
 
@@ -127,8 +127,8 @@ def _match_gap(
 ) -> tuple[Int64, Int64]:
     """Match the rows between two landmarks in order.
 
-    If both ranges have the same length, only implausible pairs are dropped. Otherwise, the first
-    implausible pair and all pairs after it are dropped.
+    If both ranges have the same length, only implausible pairs are dropped. If the lengths
+    differ, the first implausible pair and all pairs after it are dropped.
     """
     first, second = np.arange(*first_range), np.arange(*second_range)
     count = min(first.size, second.size)

@@ -1,8 +1,8 @@
 """Recolors a stream without fitting it again: only SH steps and codes of SH DC change.
 
 A color is 0.5 + C0 s, where s is an SH DC coefficient (SPEC 10.2). A gain scales the
-quantization steps of SH and adds a constant to the codes of SH DC. A color offset also adds
-a constant to these codes. Positions and anchors do not depend on the codes of SH DC, so the
+quantization steps of SH and adds a constant to the codes of SH DC. A color offset also adds a
+constant to the codes of SH DC. Positions and anchors do not depend on the codes of SH DC, so the
 symbols of motion, updates and deaths stay the same.
 """
 

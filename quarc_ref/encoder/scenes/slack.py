@@ -1,7 +1,7 @@
 """Slack: factors that loosen the error bounds of Gaussians in which errors are less visible.
 
-A shift is less visible in a larger Gaussian, and a rotation in a rounder Gaussian. Both are
-less visible in a fainter Gaussian.
+A shift is less visible in a larger Gaussian, and a rotation in a rounder Gaussian. Shifts and
+rotations are less visible in a fainter Gaussian.
 """
 
 from dataclasses import dataclass
@@ -38,8 +38,8 @@ def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     """Return the slack of each Gaussian of a frame.
 
     The slack of the position is the middle one of the three scales, divided by the median scale
-    of the first frame. The slack of the rotation is 1 / ln(largest scale / smallest scale).
-    Both are divided by the opacity and clamped to the range from 1 to `most_slack`.
+    of the first frame. The slack of the rotation is 1 / ln(largest scale / smallest scale). Both
+    slacks are divided by the opacity and clamped to the range from 1 to `most_slack`.
 
     Args:
         splats: Gaussians of the frame.

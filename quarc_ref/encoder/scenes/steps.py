@@ -1,8 +1,8 @@
 """Chooses the lattice and the quantization steps of a stream from error bounds.
 
 The position step equals the bound. Rounding causes errors of up to half a step, so half of the
-bound remains for changes between frames that are too small to be coded. If values are already
-multiples of a suitable step, this step is used, and coding the values is exact.
+bound remains for changes between frames that are too small to be coded. If the input values are
+already multiples of a suitable step, that step is used, and the values are coded exactly.
 """
 
 import math

@@ -20,7 +20,7 @@ _ROUNDING_FACTOR = 1 + 1e-5  # loosens bounds for rounding errors of floats and 
 class Errors:
     """Largest error of each attribute in a frame, in the units of `Bounds`.
 
-    Errors of positions and rotations are divided by the slack of the Gaussian.
+    The errors of a position and a rotation are divided by the slack of their Gaussian.
     """
 
     position: float = 0.0

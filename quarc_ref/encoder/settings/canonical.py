@@ -119,9 +119,9 @@ class CanonicalSettings(Validated):
         0.0,
         "Rate-distortion weight of a Gaussian. At the end of densification, a Gaussian is pruned "
         "if its removal would change the pictures by less than this multiple of the median squared "
-        "error around a Gaussian. A first pruning, after half as many iterations, uses half this "
-        "multiple. Each pruning removes at most half of the visible Gaussians. 0: no pruning by "
-        "contribution (paper).",
+        "error around a Gaussian. An earlier pruning, after half as many iterations, uses half "
+        "this multiple. Each pruning removes at most half of the visible Gaussians. 0: no pruning "
+        "by contribution (paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,

@@ -88,8 +88,8 @@ def make_header(
     Args:
         config: All settings; `config.stream` provides the fields that are not set here.
         frames_per_second: Frame rate of the capture.
-        gaussian_count: Number of Gaussians in the canonical frame. The conformance level is
-            the lowest one that allows this number plus `births.max_births`.
+        gaussian_count: Number of Gaussians in the canonical frame. The conformance level is the
+            lowest one that allows `gaussian_count` + `births.max_births` Gaussians.
     """
     clock = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
     max_gaussians = gaussian_count + config.births.max_births

@@ -54,8 +54,9 @@ def train_canonical(
         context: Training views, renderer and random numbers.
         points: Initial points.
         objective: Schedule, weights and quantization steps.
-        checkpoint: File in which the training state is saved every minute and when training
-            is interrupted, and from which training resumes. If None, nothing is saved.
+        checkpoint: File in which the training state is saved every minute and when training is
+            interrupted, and from which training resumes. If `checkpoint` is None, nothing is
+            saved.
 
     Returns:
         The quantized attributes of the trained Gaussians, except nearly transparent ones.

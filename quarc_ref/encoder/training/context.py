@@ -126,7 +126,7 @@ class TrainingContext:
     def photometric_loss(self, image: Tensor, view: int, frame: int, lambda_dssim: float) -> Tensor:
         """Return the loss of a rendering compared with the picture of its view.
 
-        Masked pixels have no error.
+        Masked pixels do not contribute to the loss.
 
         Args:
             image: `[H, W, 3]` rendering.

@@ -1,16 +1,17 @@
 """Prunes Gaussians of a canonical frame that contribute little to the pictures.
 
-With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian. Removing
-a Gaussian of opacity o therefore changes a pixel by o times the derivative of the pixel with
-respect to o. The contribution of the Gaussian is the sum of these squared changes over a
-picture. Hutchinson's estimator gives all contributions at once: the pixels are summed with
-random signs, and each contribution is the expected value of a squared derivative of the sum.
+With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian. Removing a
+Gaussian of opacity o therefore changes a pixel by o times the derivative of the pixel with
+respect to o. The contribution of a Gaussian is the sum, over all pixels of a picture, of the
+squared change that its removal causes. Hutchinson's estimator gives all contributions at once:
+the pixels are summed with random signs, and each contribution is the expected value of a squared
+derivative of the sum.
 
-The criterion is the squared change, not the increase of the error, because fine-tuning of
-the other Gaussians removes much of the increase. The error around a Gaussian is the
-sum of the squared errors of the pixels in which it is visible, weighted by its share of each
-pixel. The threshold is a multiple of the median of this error over all Gaussians.
-Saturated lamps and black backgrounds barely affect the median.
+The criterion is the squared change, not the increase of the error, because fine-tuning of the
+other Gaussians removes much of the increase. The error around a Gaussian is the sum of the
+squared errors of the pixels in which it is visible, weighted by its share of each pixel. The
+pruning threshold is a multiple of the median, over all Gaussians, of the error around a
+Gaussian. Saturated lamps and black backgrounds barely affect the median.
 """
 
 from dataclasses import replace
@@ -61,9 +62,9 @@ def measure_contributions(
         generator: Random generator of the pixel signs.
 
     Returns:
-        `[N]` unbiased estimates of the squared change of a picture if a Gaussian is removed,
-        and `[N]` squared errors of a picture, weighted by the share that a Gaussian has in
-        each pixel. Both are summed over pixels, then averaged over color channels and over
+        `[N]` unbiased estimates of the squared change of a picture if a Gaussian is removed, and
+        `[N]` squared errors of a picture, weighted by the share that a Gaussian has in each
+        pixel. Both results are summed over pixels, then averaged over color channels and over
         the views that see the Gaussian.
     """
     gaussians = attributes.activated()

@@ -1,6 +1,6 @@
 import pytest
 
-from quarc_ref.encoder.monitoring.forecast import Forecast, estimate_frame_seconds
+from quarc_ref.encoder.monitoring.forecast import TimeForecast, estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.monitoring.status import format_duration
 
@@ -22,14 +22,14 @@ def _make_plan(first_frame=0):
 
 
 def test_there_is_no_forecast_before_the_first_measurement(clock):
-    forecast = Forecast(_make_plan(), clock)
+    forecast = TimeForecast(_make_plan(), clock)
     assert forecast.seconds_left() is None
     forecast.record_step("canonical", 1)
     assert forecast.seconds_left() is None
 
 
 def test_frame_0_gives_a_forecast_for_all_frames(clock):
-    forecast = Forecast(_make_plan(), clock)
+    forecast = TimeForecast(_make_plan(), clock)
     for step in range(1, 41):
         clock.now += 0.5
         forecast.record_step("canonical", step)
@@ -42,7 +42,7 @@ def test_frame_0_gives_a_forecast_for_all_frames(clock):
 
 
 def test_later_frames_improve_the_forecast(clock):
-    forecast = Forecast(_make_plan(), clock)
+    forecast = TimeForecast(_make_plan(), clock)
     forecast.record_frame(0)
     for frame in range(1, 5):
         clock.now += 3
@@ -57,7 +57,7 @@ def test_later_frames_improve_the_forecast(clock):
 
 
 def test_a_resumed_encode_forecasts_the_remaining_time(clock):
-    forecast = Forecast(_make_plan(first_frame=8), clock)
+    forecast = TimeForecast(_make_plan(first_frame=8), clock)
     assert forecast.seconds_left() is None
     clock.now += 4
     forecast.record_frame(8)
