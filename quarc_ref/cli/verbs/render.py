@@ -129,34 +129,24 @@ def render(
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
             require_pixel_limit(render_camera, max_pixels)
-            planned_pictures = _choose_planned_pictures(
-                outline, render_camera, frame_range, path, pictures
-            )
+            plan = _choose_planned_pictures(outline, render_camera, frame_range, path, pictures)
             draw: Callable[..., Any] = render_depth if depth else draw_picture
-            stop = frame_range[1] if path is None else planned_pictures[-1].frame + 1
+            stop = frame_range[1] if path is None else plan[-1].frame + 1
             rendered: Iterator[Any] = _report_progress(
-                draw_planned_pictures(source, planned_pictures, draw, stop),
-                progress,
-                len(planned_pictures),
+                draw_planned_pictures(source, plan, draw, stop), progress, len(plan)
             )
             if depth:
-                result = write_depths(
-                    zip(planned_pictures, rendered, strict=True), output, kind, force=force
-                )
+                result = write_depths(zip(plan, rendered, strict=True), output, kind, force=force)
             elif kind == "mp4" or kind == "webm":
                 video_format = choose_video_format(
                     outline, render_camera, pixel_format or "yuv444p", kind
                 )
                 result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
-                numbers = (
-                    (planned.frame for planned in planned_pictures)
-                    if path is None
-                    else range(len(planned_pictures))
-                )
+                numbers = (item.frame for item in plan) if path is None else range(len(plan))
                 pairs = zip(numbers, rendered, strict=True)
                 result = write_pictures(pairs, output, force=force)
-        _print_result(output, planned_pictures, path, result, kind, as_json=as_json)
+        _print_result(output, plan, path, result, kind, as_json=as_json)
 
 
 def _reject_conflicts(
