@@ -19,7 +19,7 @@ from torch.nn.functional import conv2d, max_pool2d, normalize, relu
 from quarc_ref.evaluation.metrics import Picture
 
 # Indices of the convolutions in VGG16's list of layers, by slice.
-_SLICES = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
+_CONVOLUTIONS_BY_SLICE = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
 _EPSILON = 1e-10
 _MIN_SIZE = 16  # four downscalings by 2
 
@@ -48,10 +48,10 @@ class Lpips:
         except Exception as error:  # torch raises various errors for files in other formats
             message = f"{path} is not a readable file of LPIPS weights: {error}"
             raise WeightsError(message) from error
-        missing = [name for name in _list_weight_names() if name not in weights]
-        if missing:
+        missing_names = [name for name in _list_weight_names() if name not in weights]
+        if missing_names:
             message = (
-                f"{path} has no {missing[0]}: the file must contain "
+                f"{path} has no {missing_names[0]}: the file must contain "
                 "lpips.LPIPS(net='vgg').state_dict()"
             )
             raise WeightsError(message)
@@ -81,7 +81,7 @@ class Lpips:
         """Return the `[2, C, h, w]` features of both pictures after each slice of the network."""
         shift, scale = (self._weights[f"scaling_layer.{name}"] for name in ("shift", "scale"))
         activations, features = (pictures - shift) / scale, []
-        for index, layers in enumerate(_SLICES):
+        for index, layers in enumerate(_CONVOLUTIONS_BY_SLICE):
             activations = max_pool2d(activations, 2) if index else activations
             for layer in layers:
                 name = f"net.slice{index + 1}.{layer}"
@@ -92,11 +92,11 @@ class Lpips:
 
 
 def _list_weight_names() -> list[str]:
-    heads = [f"lin{index}.model.1.weight" for index in range(len(_SLICES))]
-    layers = [
+    head_names = [f"lin{index}.model.1.weight" for index in range(len(_CONVOLUTIONS_BY_SLICE))]
+    layer_names = [
         f"net.slice{index + 1}.{layer}.{kind}"
-        for index, slice_layers in enumerate(_SLICES)
+        for index, slice_layers in enumerate(_CONVOLUTIONS_BY_SLICE)
         for layer in slice_layers
         for kind in ("weight", "bias")
     ]
-    return ["scaling_layer.shift", "scaling_layer.scale", *layers, *heads]
+    return ["scaling_layer.shift", "scaling_layer.scale", *layer_names, *head_names]

@@ -50,10 +50,11 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
         sizes = np.array([frame.coded_bytes[kind] / KILOBYTE for frame in summary.frames])
         bottom_axes.bar(frames, sizes, bottom=stack_tops, color=_KIND_COLORS[kind], label=kind)
         stack_tops = stack_tops + sizes
-    framing_sizes = [
-        _compute_framing_kilobytes(frame.chunk_bytes, frame.coded_bytes) for frame in summary.frames
+    overhead_sizes = [
+        _compute_overhead_kilobytes(frame.chunk_bytes, frame.coded_bytes)
+        for frame in summary.frames
     ]
-    bottom_axes.bar(frames, framing_sizes, bottom=stack_tops, color=_GRAY, label="overhead")
+    bottom_axes.bar(frames, overhead_sizes, bottom=stack_tops, color=_GRAY, label="overhead")
     bottom_axes.set_ylabel("KB, without canonical frames")
     bottom_axes.set_xlabel("frame")
     bottom_axes.xaxis.set_major_locator(MaxNLocator(integer=True))
@@ -244,7 +245,7 @@ def encode_picture(picture: Picture) -> bytes:
     return buffer.getvalue()
 
 
-def _compute_framing_kilobytes(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
+def _compute_overhead_kilobytes(chunk_bytes: int, coded_bytes: dict[str, int]) -> float:
     return (
         0.0
         if coded_bytes["canonical"] or coded_bytes["snapshots"]

@@ -86,14 +86,18 @@ class Protocol:
 
 
 def make_protocol(
-    capture: Capture, cameras: Sequence[Camera], frames: int, seed: int, encoded_from: str | None
+    capture: Capture,
+    cameras: Sequence[Camera],
+    frame_count: int,
+    seed: int,
+    encoded_from: str | None,
 ) -> Protocol:
     """Return the conditions of a measurement.
 
     Args:
         capture: The capture whose held-out pictures are the ground truth.
         cameras: Cameras of the stream, at least one of which is held out.
-        frames: Number of measured frames.
+        frame_count: Number of measured frames.
         seed: Seed of the stream.
         encoded_from: Fingerprint that the stream contains; None if there is no fingerprint.
     """
@@ -105,7 +109,7 @@ def make_protocol(
         tuple(camera.name for camera in cameras if not camera.held_out),
         tuple(camera.name for camera in held_out),
         (held_out[0].width, held_out[0].height),
-        frames,
+        frame_count,
         seed,
         RENDERER,
         list_versions(),

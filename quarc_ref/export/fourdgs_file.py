@@ -24,7 +24,8 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
 from quarc_ref.format.arrays import Int64
 
-_CONSTANT_SIGMA = 1e9  # seconds; constant opacity (the temporal model does not accept infinity)
+# seconds; makes the opacity constant (the temporal model does not accept infinity)
+_CONSTANT_OPACITY_SIGMA = 1e9
 
 
 class SequenceExporter:
@@ -86,7 +87,7 @@ def make_sample(frame: Frame, start_time: float) -> Any:  # noqa: ANN401
         colors=np.concatenate([compute_base_colors(splats), opacities], axis=1),
         motions=np.zeros((count, 3), dtype=np.float32),
         mu_t=np.zeros(count),
-        sigma_t=np.full(count, _CONSTANT_SIGMA),
+        sigma_t=np.full(count, _CONSTANT_OPACITY_SIGMA),
         win_lo=np.zeros(count),
         win_hi=np.full(count, np.inf),
     )

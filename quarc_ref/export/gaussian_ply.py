@@ -35,9 +35,9 @@ def build_ply(splats: Splats) -> bytes:
 
 
 def _list_columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
-    count, coefficients, _ = splats.sh.shape
-    sh_rest = splats.sh[:, 1:].transpose(0, 2, 1).reshape(count, 3 * (coefficients - 1))
-    groups = {
+    count, coefficient_count, _ = splats.sh.shape
+    sh_rest = splats.sh[:, 1:].transpose(0, 2, 1).reshape(count, 3 * (coefficient_count - 1))
+    array_by_names = {
         ("x", "y", "z"): splats.positions,
         ("nx", "ny", "nz"): np.zeros_like(splats.positions),
         tuple(f"f_dc_{i}" for i in range(3)): splats.sh[:, 0],
@@ -48,7 +48,7 @@ def _list_columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
     }
     return {
         name: array[:, column]
-        for names, array in groups.items()
+        for names, array in array_by_names.items()
         for column, name in enumerate(names)
     }
 

@@ -46,25 +46,33 @@ def render_band_pictures(sorted_projection: Projection, camera: Camera) -> Itera
 
 
 def _render_band(sorted_projection: Projection, band: Band, picture: Picture) -> None:
-    counts = count_pairs(sorted_projection, band)
+    pair_counts = count_pairs(sorted_projection, band)
     black = np.zeros(3, dtype=np.float32)
-    for rows in _cut_slices(counts):
-        slice_projection, pairs = sorted_projection.take(rows), counts[rows]
-        tiles = bin_band(slice_projection, np.arange(pairs.size, dtype=np.int32), band, pairs)
+    for gaussian_slice in _cut_slices(pair_counts):
+        slice_projection, slice_pair_counts = (
+            sorted_projection.take(gaussian_slice),
+            pair_counts[gaussian_slice],
+        )
+        tiles = bin_band(
+            slice_projection,
+            np.arange(slice_pair_counts.size, dtype=np.int32),
+            band,
+            slice_pair_counts,
+        )
         composite(slice_projection, tiles, black, picture, is_continuation=True)
         if (picture.transmittance < 0).all():
             break
 
 
-def _cut_slices(counts: Int32) -> Iterator[slice]:
+def _cut_slices(pair_counts: Int32) -> Iterator[slice]:
     """Yield slices of at most `MAX_SLICE_PAIRS` pairs; a slice of a single Gaussian may have more.
 
     Args:
-        counts: `[N]` numbers of pairs of the Gaussians.
+        pair_counts: `[N]` numbers of pairs of the Gaussians.
     """
-    cumulative_pairs = np.cumsum(counts, dtype=np.int64)
+    cumulative_pairs = np.cumsum(pair_counts, dtype=np.int64)
     start = listed_pairs = 0
-    while start < counts.size:
+    while start < pair_counts.size:
         stop = int(np.searchsorted(cumulative_pairs, listed_pairs + MAX_SLICE_PAIRS, side="right"))
         stop = max(start + 1, stop)
         yield slice(start, stop)

@@ -63,8 +63,19 @@ def _compute_ellipse(i, means2d, conics, max_exponents):
     det = a * c - b * b
     limit_a, limit_c = _2 * max_exponents[i] * a, _2 * max_exponents[i] * c
     inverse = _1 / det
-    width, height = math.sqrt(limit_c * inverse), math.sqrt(limit_a * inverse)
-    return (means2d[i, 0], means2d[i, 1], b, _1 / a, _1 / c, limit_a, limit_c, det, width, height)
+    half_width, half_height = math.sqrt(limit_c * inverse), math.sqrt(limit_a * inverse)
+    return (
+        means2d[i, 0],
+        means2d[i, 1],
+        b,
+        _1 / a,
+        _1 / c,
+        limit_a,
+        limit_c,
+        det,
+        half_width,
+        half_height,
+    )
 
 
 @kernel
@@ -111,10 +122,18 @@ def _clamp(value, low, high):
 @kernel
 def _find_tile_columns(row, ellipse, columns):
     """Return the first and end tile column (exclusive) that an ellipse intersects in a tile row."""
-    x, y, b, inverse_a, inverse_c, limit_a, _, det, width, height = ellipse
+    x, y, b, inverse_a, inverse_c, limit_a, _, det, half_width, half_height = ellipse
     low = np.float32(row * TILE) + _HALF - y
     begin, end = _compute_extent(
-        b, inverse_a, limit_a, det, width, height, -b * inverse_c * width, low, low + _LAST_PIXEL
+        b,
+        inverse_a,
+        limit_a,
+        det,
+        half_width,
+        half_height,
+        -b * inverse_c * half_width,
+        low,
+        low + _LAST_PIXEL,
     )
     if not begin <= end:
         return 0, 0
@@ -126,27 +145,35 @@ def _find_tile_columns(row, ellipse, columns):
 @kernel
 def _find_pixel_rows(row, column, ellipse):
     """Return the first and the end pixel row (exclusive) that an ellipse intersects in a tile."""
-    x, y, b, inverse_a, inverse_c, _, limit_c, det, width, height = ellipse
+    x, y, b, inverse_a, inverse_c, _, limit_c, det, half_width, half_height = ellipse
     low = np.float32(column * TILE) + _HALF - x
     begin, end = _compute_extent(
-        b, inverse_c, limit_c, det, height, width, -b * inverse_a * height, low, low + _LAST_PIXEL
+        b,
+        inverse_c,
+        limit_c,
+        det,
+        half_height,
+        half_width,
+        -b * inverse_a * half_height,
+        low,
+        low + _LAST_PIXEL,
     )
     if not begin <= end:
         return 0, 0
-    top = y - _HALF - np.float32(row * TILE)
-    first = int(math.ceil(_clamp(top + begin, 0, TILE)))
-    last = int(math.floor(_clamp(top + end, -1, TILE)))
+    center_row = y - _HALF - np.float32(row * TILE)
+    first = int(math.ceil(_clamp(center_row + begin, 0, TILE)))
+    last = int(math.floor(_clamp(center_row + end, -1, TILE)))
     return first, min(last + 1, TILE)
 
 
 @kernel
 def _find_tile_rows(ellipse, top, bottom):
     """Return the first and the end tile row (exclusive) that an ellipse intersects."""
-    x, y, width, height = ellipse[0], ellipse[1], ellipse[8], ellipse[9]
-    if not (math.isfinite(x + width) and math.isfinite(y + height)):
+    x, y, half_width, half_height = ellipse[0], ellipse[1], ellipse[8], ellipse[9]
+    if not (math.isfinite(x + half_width) and math.isfinite(y + half_height)):
         return top, top
-    first = int(math.floor(_clamp((y - height - _HALF) / TILE, top, bottom)))
-    last = int(math.floor(_clamp((y + height - _HALF) / TILE, top - 1, bottom)))
+    first = int(math.floor(_clamp((y - half_height - _HALF) / TILE, top, bottom)))
+    last = int(math.floor(_clamp((y + half_height - _HALF) / TILE, top - 1, bottom)))
     return first, min(last + 1, bottom)
 
 
@@ -167,38 +194,40 @@ def count_tiles(means2d, conics, max_exponents, band):
 
 
 @parallel_kernel
-def list_tiles(means2d, conics, max_exponents, starts, band):
+def list_tiles(means2d, conics, max_exponents, pair_starts, band):
     """Return the tiles that the Gaussians intersect, one Gaussian after the other.
 
     Args:
-        starts: `[N + 1]` start of each Gaussian's tiles in the result: the cumulative sums of
+        pair_starts: `[N + 1]` start of each Gaussian's tiles in the result: the cumulative sums of
             `count_tiles`.
-        band: Band, as in `count_tiles`.
+        band: First row of tiles, end row (exclusive), and number of tiles per row.
 
     Returns:
         `[P]` indices of tiles, counted row by row within the band, and for each of them the
         first and the end pixel row (exclusive) that the Gaussian intersects, `[P, 2]`.
     """
     top, bottom, columns = band
-    tiles = np.empty(starts[-1], dtype=np.int32)
-    rows = np.empty((starts[-1], 2), dtype=np.uint8)
+    tiles = np.empty(pair_starts[-1], dtype=np.int32)
+    pixel_rows = np.empty((pair_starts[-1], 2), dtype=np.uint8)
     for i in numba.prange(max_exponents.size):
         if not max_exponents[i] > _0:
             continue
-        position = starts[i]
+        position = pair_starts[i]
         ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
         first_row, end_row = _find_tile_rows(ellipse, top, bottom)
         for row in range(first_row, end_row):
             first, end = _find_tile_columns(row, ellipse, columns)
             for column in range(first, end):
                 tiles[position] = (row - top) * columns + column
-                rows[position, 0], rows[position, 1] = _find_pixel_rows(row, column, ellipse)
+                pixel_rows[position, 0], pixel_rows[position, 1] = _find_pixel_rows(
+                    row, column, ellipse
+                )
                 position += 1
-    return tiles, rows
+    return tiles, pixel_rows
 
 
 @entry_kernel
-def fill_tiles(order, starts, tiles, rows, tile_count):
+def fill_tiles(order, pair_starts, tiles, pixel_rows, tile_count):
     """Return the list of Gaussians of every tile.
 
     Returns:
@@ -211,13 +240,16 @@ def fill_tiles(order, starts, tiles, rows, tile_count):
     list_starts = np.cumsum(list_starts)
     ends = list_starts[:-1].copy()
     lists = np.empty(tiles.size, dtype=np.int32)
-    listed_rows = np.empty_like(rows)
+    listed_pixel_rows = np.empty_like(pixel_rows)
     positions = np.empty(tiles.size, dtype=np.int32)
     for i in order:
-        for pair in range(starts[i], starts[i + 1]):
+        for pair in range(pair_starts[i], pair_starts[i + 1]):
             position = ends[tiles[pair]]
             ends[tiles[pair]] = position + 1
             lists[position] = i
-            listed_rows[position, 0], listed_rows[position, 1] = rows[pair, 0], rows[pair, 1]
+            listed_pixel_rows[position, 0], listed_pixel_rows[position, 1] = (
+                pixel_rows[pair, 0],
+                pixel_rows[pair, 1],
+            )
             positions[pair] = position
-    return list_starts, lists, listed_rows, positions
+    return list_starts, lists, listed_pixel_rows, positions

@@ -65,19 +65,20 @@ def join_layer(
         maximum exponents and radii of the projection, and `pair_starts` and `pair_positions` of the
         tiles, contain only added Gaussians.
     """
-    fixed = layer.projection
+    fixed_projection = layer.projection
     projection = Projection(
-        np.concatenate([fixed.means2d, added_projection.means2d]),
-        np.concatenate([fixed.conics, added_projection.conics]),
-        np.concatenate([fixed.colors, added_projection.colors]),
-        np.concatenate([fixed.opacities, added_projection.opacities]),
+        np.concatenate([fixed_projection.means2d, added_projection.means2d]),
+        np.concatenate([fixed_projection.conics, added_projection.conics]),
+        np.concatenate([fixed_projection.colors, added_projection.colors]),
+        np.concatenate([fixed_projection.opacities, added_projection.opacities]),
         added_projection.depths,
         added_projection.max_exponents,
         added_projection.radii,
     )
     with KERNEL_LOCK:
         tile_ids, list_starts, lists, rows, merged_positions = merging_kernels.merge_tiles(
-            layer.tiles.list_starts, layer.tiles.lists, layer.tiles.pixel_rows, fixed.depths,
+            layer.tiles.list_starts, layer.tiles.lists, layer.tiles.pixel_rows,
+            fixed_projection.depths,
             added_tiles.list_starts, added_tiles.lists, added_tiles.pixel_rows,
             added_projection.depths,
         )  # fmt: skip

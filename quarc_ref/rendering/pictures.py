@@ -14,7 +14,7 @@ from quarc_ref.rendering.pipeline import project, sort_by_depth
 from quarc_ref.rendering.pipeline_data import Float32, Projection, SplatRows
 
 MAX_OPACITY = 0.99
-SH_COEFFICIENTS = 4
+SH_COEFFICIENT_COUNT = 4
 
 
 def render_picture(splats: Splats, camera: Camera) -> Float32:
@@ -56,8 +56,8 @@ def render_depth(splats: Splats, camera: Camera) -> tuple[Float32, Float32]:
 
     Returns:
         The `[H, W]` depth in world units along the optical axis, and the `[H, W]` accumulated
-        opacity from 0 to 1. The depth is the mean over the Gaussians at a pixel, weighted as
-        their colors are, and 0 for pixels without Gaussians.
+        opacity from 0 to 1. The depth of a pixel is the mean depth of its Gaussians,
+        weighted like their colors; it is 0 for pixels without Gaussians.
     """
     sorted_projection = _project(splats, camera)
     depth_and_ones = np.zeros_like(sorted_projection.colors)
@@ -78,9 +78,9 @@ def _project(splats: Splats, camera: Camera) -> Projection:
         opacities = np.minimum(1 / (1 + np.exp(-splats.opacities)), np.float32(MAX_OPACITY))
         scales = np.exp(splats.log_scales)
     sh = splats.sh
-    if sh.shape[1] > SH_COEFFICIENTS:
+    if sh.shape[1] > SH_COEFFICIENT_COUNT:
         sh = fold_harmonics(sh, splats.positions, camera_center(camera))
-    missing_count = SH_COEFFICIENTS - sh.shape[1]
+    missing_count = SH_COEFFICIENT_COUNT - sh.shape[1]
     sh = np.pad(sh, ((0, 0), (0, missing_count), (0, 0))) if missing_count else sh
     gaussians = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, gaussians)

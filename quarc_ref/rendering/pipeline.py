@@ -32,8 +32,16 @@ KERNEL_LOCK = threading.Lock()
 def flatten_camera(camera: Camera) -> Float32:
     """Return a camera as the array `[22]` that `projection_kernels` takes."""
     center = camera_center(camera)
-    near = NEAR_FRACTION * camera.near
-    intrinsics = (camera.fx, camera.fy, camera.cx, camera.cy, camera.width, camera.height, near)
+    nearest_depth = NEAR_FRACTION * camera.near
+    intrinsics = (
+        camera.fx,
+        camera.fy,
+        camera.cx,
+        camera.cy,
+        camera.width,
+        camera.height,
+        nearest_depth,
+    )
     with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
         return np.array(
             [*camera.rotation, *camera.translation, *intrinsics, *center], dtype=np.float32
@@ -43,7 +51,7 @@ def flatten_camera(camera: Camera) -> Float32:
 def project(camera: Camera, gaussians: SplatRows) -> Projection:
     """Project Gaussians to the picture plane of a camera."""
     count = gaussians.means.shape[0]
-    outputs = Projection(
+    projection = Projection(
         np.zeros((count, 2), dtype=np.float32),
         np.zeros((count, 3), dtype=np.float32),
         np.zeros((count, 3), dtype=np.float32),
@@ -57,10 +65,10 @@ def project(camera: Camera, gaussians: SplatRows) -> Projection:
             flatten_camera(camera),
             gaussians.means, gaussians.quaternions, gaussians.scales,
             gaussians.opacities, gaussians.sh,
-            outputs.means2d, outputs.conics, outputs.colors,
-            outputs.depths, outputs.max_exponents, outputs.radii,
+            projection.means2d, projection.conics, projection.colors,
+            projection.depths, projection.max_exponents, projection.radii,
         )  # fmt: skip
-    return outputs
+    return projection
 
 
 def make_full_band(camera: Camera) -> Band:

@@ -87,13 +87,23 @@ def project_backward(
             g_sh[i] = _0
             continue
         x, y, z = _to_camera(camera, means, i)
-        gx, gy, gz = _mean2d_backward(camera, x, y, z, g_means2d[i, 0], g_means2d[i, 1])
-        hx, hy, hz = _covariance_backward(
+        mean2d_gx, mean2d_gy, mean2d_gz = _mean2d_backward(
+            camera, x, y, z, g_means2d[i, 0], g_means2d[i, 1]
+        )
+        covariance_gx, covariance_gy, covariance_gz = _covariance_backward(
             camera, quaternions, scales, i, x, y, z, g_conics, g_quaternions, g_scales
         )
-        wx, wy, wz = multiply_vector_transposed(camera, gx + hx, gy + hy, gz + hz)
-        dx, dy, dz = _shade_backward(camera, means, sh, colors, g_colors, g_sh, i)
-        g_means[i, 0], g_means[i, 1], g_means[i, 2] = wx + dx, wy + dy, wz + dz
+        world_gx, world_gy, world_gz = multiply_vector_transposed(
+            camera, mean2d_gx + covariance_gx, mean2d_gy + covariance_gy, mean2d_gz + covariance_gz
+        )
+        shading_gx, shading_gy, shading_gz = _shade_backward(
+            camera, means, sh, colors, g_colors, g_sh, i
+        )
+        g_means[i, 0], g_means[i, 1], g_means[i, 2] = (
+            world_gx + shading_gx,
+            world_gy + shading_gy,
+            world_gz + shading_gz,
+        )
 
 
 @kernel

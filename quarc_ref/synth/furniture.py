@@ -47,15 +47,22 @@ def _smoothstep(time: float, start: float, end: float) -> float:
 
 def make_room(phase: float, palette: Palette) -> Room:
     """Return the room, which is lit by a ceiling lamp and a window."""
-    floor = Paint(patterns.FLOOR, *palette.wood, palette.toy_colors[3], phase=phase)
-    bricks = Paint(patterns.BRICKS, *palette.brick, phase=phase)
-    wallpaper = Paint(patterns.WALLPAPER, *palette.wall, phase=phase)
-    ceiling = Paint(patterns.PLAIN, palette.light, palette.light, palette.light)
+    floor_paint = Paint(patterns.FLOOR, *palette.wood, palette.toy_colors[3], phase=phase)
+    brick_paint = Paint(patterns.BRICKS, *palette.brick, phase=phase)
+    wallpaper_paint = Paint(patterns.WALLPAPER, *palette.wall, phase=phase)
+    ceiling_paint = Paint(patterns.PLAIN, palette.light, palette.light, palette.light)
     lamp = [-0.9, 3.15, 1.3, 0.45, 0.0, 0.0, 0.0, 0.0, 0.45, *_LAMP_LIGHT, 0.0, -1.0, 0.0]
     window = [3.6, 1.75, -0.5, 0.0, 0.0, 0.8, 0.0, 0.5, 0.0, *_WINDOW_LIGHT, -1.0, 0.0, 0.0]
     return Room(
         faces=np.array([_LEFT, _RIGHT, 0.0, _CEILING, _BACK, _FRONT]),
-        paints=(bricks, wallpaper, floor, ceiling, wallpaper, wallpaper),
+        paints=(
+            brick_paint,
+            wallpaper_paint,
+            floor_paint,
+            ceiling_paint,
+            wallpaper_paint,
+            wallpaper_paint,
+        ),
         lights=np.array([lamp, window]),
         ambient=np.array([[0.31, 0.32, 0.34], [0.22, 0.19, 0.16]]),
     )
@@ -64,7 +71,7 @@ def make_room(phase: float, palette: Palette) -> Room:
 def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
     """Return a cabinet with toys behind a sliding door."""
     pose = translate(-1.75, 0.0, -1.72) @ rotate_y(0.62)
-    wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
+    wood_paint = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.6, phase, 0.08)
     door_paint = Paint(
         patterns.BLOCK, palette.wall[2], palette.wall[1], palette.wood[1], gloss=0.08
     )
@@ -78,11 +85,11 @@ def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
     )
     parts = [
         box(pose @ translate(0.0, 0.6, -0.22), (0.56, 0.56, 0.02), back_paint),
-        box(pose @ translate(-0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
-        box(pose @ translate(0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood),
-        box(pose @ translate(0.0, 1.18, 0.0), (0.60, 0.025, 0.27), wood),
-        box(pose @ translate(0.0, 0.05, 0.0), (0.56, 0.05, 0.24), wood),
-        box(pose @ translate(0.0, 0.62, -0.02), (0.54, 0.02, 0.19), wood),
+        box(pose @ translate(-0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood_paint),
+        box(pose @ translate(0.56, 0.6, 0.0), (0.02, 0.6, 0.24), wood_paint),
+        box(pose @ translate(0.0, 1.18, 0.0), (0.60, 0.025, 0.27), wood_paint),
+        box(pose @ translate(0.0, 0.05, 0.0), (0.56, 0.05, 0.24), wood_paint),
+        box(pose @ translate(0.0, 0.62, -0.02), (0.54, 0.02, 0.19), wood_paint),
         box(pose @ translate(-0.27, 0.63, 0.21), (0.27, 0.53, 0.015), door_paint),
         box(pose @ translate(0.27 - 0.54 * opening, 0.63, 0.245), (0.27, 0.53, 0.015), door_paint),
     ]
@@ -91,14 +98,16 @@ def make_cabinet(opening: float, phase: float, palette: Palette) -> list[Solid]:
 
 def _make_hidden_toys(pose: Matrix, phase: float, palette: Palette) -> list[Solid]:
     toy_colors = palette.toy_colors
-    dots = Paint(patterns.DOTS, toy_colors[4], palette.light, toy_colors[4], 0.15, phase, 0.25, 0.3)
-    stripes = Paint(
+    dotted_paint = Paint(
+        patterns.DOTS, toy_colors[4], palette.light, toy_colors[4], 0.15, phase, 0.25, 0.3
+    )
+    striped_paint = Paint(
         patterns.STRIPES, toy_colors[3], palette.light, toy_colors[3], 0.14, 0.0, 0.25, 0.3
     )
     return [
-        ball(pose @ translate(0.3, 0.28, 0.0), 0.17, dots),
-        cylinder(pose @ translate(0.28, 0.81, 0.0), 0.13, 0.17, stripes),
-        ball(pose @ translate(0.28, 1.05, 0.0), 0.08, dots),
+        ball(pose @ translate(0.3, 0.28, 0.0), 0.17, dotted_paint),
+        cylinder(pose @ translate(0.28, 0.81, 0.0), 0.13, 0.17, striped_paint),
+        ball(pose @ translate(0.28, 1.05, 0.0), 0.08, dotted_paint),
     ]
 
 
@@ -140,7 +149,7 @@ def make_wall_objects(phase: float, palette: Palette) -> list[list[Solid]]:
 
 
 def _make_books(pose: Matrix, palette: Palette) -> list[Solid]:
-    wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.5)
+    shelf_paint = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.5)
     books = []
     for index in range(6):
         half_height = 0.13 + 0.03 * math.sin(5.0 * index)
@@ -150,7 +159,7 @@ def _make_books(pose: Matrix, palette: Palette) -> list[Solid]:
         )
         book_pose = pose @ translate(-0.26 + 0.1 * index, 0.03 + half_height, 0.02)
         books.append(box(book_pose, (0.042, half_height, 0.1), paint))
-    return [box(pose, (0.4, 0.025, 0.14), wood), *books]
+    return [box(pose, (0.4, 0.025, 0.14), shelf_paint), *books]
 
 
 def make_floor_objects(phase: float, palette: Palette) -> list[list[Solid]]:

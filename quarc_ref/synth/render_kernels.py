@@ -62,7 +62,7 @@ def measure_depths(stage, camera, pixels, depths):
         count = list_candidates(
             stage, candidates, _point_on_ray(ray, 0.0), 0.0, _point_on_ray(ray, _MAX_DISTANCE), 0.0
         )
-        distance, _ = _find_nearest(stage, candidates, count, ray)
+        distance, _ = _find_first_surface(stage, candidates, count, ray)
         depths[i] = distance * depth_ratio
 
 
@@ -95,7 +95,7 @@ def _point_on_ray(ray, t):
 
 
 @kernel
-def _find_nearest(stage, candidates, count, ray):
+def _find_first_surface(stage, candidates, count, ray):
     wall_distance, face = find_wall_hit(stage.room, ray)
     return find_nearest_hit(
         stage.solids, candidates, count, ray, wall_distance, stage.solids.shape[0] + face
@@ -120,7 +120,9 @@ def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfa
         ray, depth_ratio = _cast_ray(
             camera, column + SAMPLE_POINTS[sample, 0], row + SAMPLE_POINTS[sample, 1]
         )
-        hit_distances[sample], hit_surfaces[sample] = _find_nearest(stage, candidates, count, ray)
+        hit_distances[sample], hit_surfaces[sample] = _find_first_surface(
+            stage, candidates, count, ray
+        )
         min_depth, max_depth = (
             min(min_depth, hit_distances[sample] * depth_ratio),
             max(max_depth, hit_distances[sample] * depth_ratio),

@@ -99,7 +99,7 @@ def make_blob(time: float, phase: float, palette: Palette) -> list[Solid]:
 
 
 def _make_stool(pose: Matrix, palette: Palette) -> list[Solid]:
-    wood = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.5, gloss=0.1)
+    seat_paint = Paint(patterns.WOOD, *palette.wood, palette.dark, 0.5, gloss=0.1)
     leg_paint = Paint(
         patterns.PLAIN, palette.toy_colors[4], palette.dark, palette.dark, 0.3, gloss=0.2
     )
@@ -114,7 +114,7 @@ def _make_stool(pose: Matrix, palette: Palette) -> list[Solid]:
                 leg_paint,
             )
         )
-    return [cylinder(pose @ translate(0.0, 0.43, 0.0), 0.25, 0.035, wood), *legs]
+    return [cylinder(pose @ translate(0.0, 0.43, 0.0), 0.25, 0.035, seat_paint), *legs]
 
 
 def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
@@ -122,20 +122,22 @@ def make_mobile(time: float, phase: float, palette: Palette) -> list[Solid]:
     hub = translate(0.15, 1.78, -0.75) @ rotate_y(1.5 * time + 2 * math.pi * phase)
     rod_paint = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark)
     toy_colors = palette.toy_colors
-    stripes = Paint(
+    planet_paint = Paint(
         patterns.STRIPES, toy_colors[3], palette.light, toy_colors[3], 0.16, phase, 0.25
     )
-    checks = Paint(patterns.CHECKS, toy_colors[4], palette.light, toy_colors[4], 0.11, 0.0, 0.2)
-    pill = Paint(patterns.STRIPES, toy_colors[0], toy_colors[2], toy_colors[0], 0.9, 0.25, 0.25)
-    plain = Paint(patterns.PLAIN, toy_colors[5], toy_colors[5], toy_colors[5], 0.1, phase, 0.3)
+    box_paint = Paint(patterns.CHECKS, toy_colors[4], palette.light, toy_colors[4], 0.11, 0.0, 0.2)
+    pill_paint = Paint(
+        patterns.STRIPES, toy_colors[0], toy_colors[2], toy_colors[0], 0.9, 0.25, 0.25
+    )
+    ball_paint = Paint(patterns.PLAIN, toy_colors[5], toy_colors[5], toy_colors[5], 0.1, phase, 0.3)
     lower, upper = translate(0, -0.22, 0), translate(0, -0.14, 0)
     ends = [hub @ rotate_y(math.pi / 2 * index) @ translate(0.0, 0.0, 0.6) for index in range(4)]
     solids = [
         *(capsule(hub, end, 0.013, rod_paint) for end in ends),
-        ellipsoid(ends[0] @ lower @ rotate_z(0.4), (0.11, 0.11, 0.11), stripes),
-        box(ends[1] @ upper @ rotate_y(1.1 * time), (0.085, 0.085, 0.085), checks),
-        capsule(ends[2] @ lower, ends[2] @ upper @ translate(0.09, 0.05, 0), 0.06, pill),
-        ball(ends[3] @ upper, 0.09, plain),
+        ellipsoid(ends[0] @ lower @ rotate_z(0.4), (0.11, 0.11, 0.11), planet_paint),
+        box(ends[1] @ upper @ rotate_y(1.1 * time), (0.085, 0.085, 0.085), box_paint),
+        capsule(ends[2] @ lower, ends[2] @ upper @ translate(0.09, 0.05, 0), 0.06, pill_paint),
+        ball(ends[3] @ upper, 0.09, ball_paint),
     ]
     return [*solids, capsule(hub, hub @ translate(0.0, 0.8, 0.0), 0.013, rod_paint)]
 
@@ -174,18 +176,20 @@ def make_train(time: float, phase: float, palette: Palette) -> list[list[Solid]]
 
 def _make_engine(pose: Matrix, palette: Palette) -> list[Solid]:
     first, second, third = palette.toy_colors[0], palette.toy_colors[3], palette.toy_colors[2]
-    body = Paint(patterns.PLAIN, first, first, first, 0.2, gloss=0.25)
-    cab = Paint(patterns.BLOCK, second, second, palette.light, gloss=0.2)
-    boiler = Paint(patterns.STRIPES, first, third, third, 0.11, 0.3, 0.3)
-    dark = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark, gloss=0.2)
-    lamp = Paint(patterns.PLAIN, palette.light, third, third, glow=0.5)
+    body_paint = Paint(patterns.PLAIN, first, first, first, 0.2, gloss=0.25)
+    cab_paint = Paint(patterns.BLOCK, second, second, palette.light, gloss=0.2)
+    boiler_paint = Paint(patterns.STRIPES, first, third, third, 0.11, 0.3, 0.3)
+    chimney_paint = Paint(patterns.PLAIN, palette.dark, palette.dark, palette.dark, gloss=0.2)
+    lamp_paint = Paint(patterns.PLAIN, palette.light, third, third, glow=0.5)
     return [
-        box(pose @ translate(0.0, 0.1, 0.0), (0.2, 0.035, 0.1), body),
-        cylinder(pose @ translate(0.07, 0.215, 0.0) @ rotate_z(math.pi / 2), 0.085, 0.12, boiler),
-        box(pose @ translate(-0.115, 0.25, 0.0), (0.075, 0.115, 0.095), cab),
-        box(pose @ translate(-0.115, 0.38, 0.0), (0.1, 0.018, 0.115), body),
-        cylinder(pose @ translate(0.13, 0.33, 0.0), 0.035, 0.06, dark),
-        ball(pose @ translate(0.19, 0.215, 0.0), 0.05, lamp),
+        box(pose @ translate(0.0, 0.1, 0.0), (0.2, 0.035, 0.1), body_paint),
+        cylinder(
+            pose @ translate(0.07, 0.215, 0.0) @ rotate_z(math.pi / 2), 0.085, 0.12, boiler_paint
+        ),
+        box(pose @ translate(-0.115, 0.25, 0.0), (0.075, 0.115, 0.095), cab_paint),
+        box(pose @ translate(-0.115, 0.38, 0.0), (0.1, 0.018, 0.115), body_paint),
+        cylinder(pose @ translate(0.13, 0.33, 0.0), 0.035, 0.06, chimney_paint),
+        ball(pose @ translate(0.19, 0.215, 0.0), 0.05, lamp_paint),
     ]
 
 

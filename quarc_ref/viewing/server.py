@@ -20,11 +20,11 @@ from quarc_ref.viewing.shared_source import GrowingSource
 
 _PORT_COUNT = 100
 _LAST_PORT = 65535
-_PORT_ERRORS = (errno.EADDRINUSE, errno.EACCES)
+_UNAVAILABLE_PORT_ERRNOS = (errno.EADDRINUSE, errno.EACCES)
 # hosts that mean all addresses, and the address for browsers on this machine
 _BROWSER_ADDRESSES = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 _BLOCK_BYTES = 1 << 20
-_HEADERS = {
+_COMMON_HEADERS = {
     "Cache-Control": "no-store",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Referrer-Policy": "no-referrer",  # the URL contains the token
@@ -78,7 +78,7 @@ class Server(ThreadingHTTPServer):
             self._bind_first(host, ports)
         except (OSError, UnicodeError) as error:  # UnicodeError: invalid host name
             cause = getattr(error, "strerror", None) or str(error)
-            if getattr(error, "errno", None) in _PORT_ERRORS:
+            if getattr(error, "errno", None) in _UNAVAILABLE_PORT_ERRNOS:
                 cause += f" (ports {ports.start} to {ports[-1]})"
             message = f"cannot listen on {host}: {cause}"
             raise OSError(message) from error
@@ -110,7 +110,7 @@ class Server(ThreadingHTTPServer):
             try:
                 super().__init__((name, port, *scope), _Handler)  # type: ignore[arg-type]
             except OSError as error:
-                if port == ports[-1] or error.errno not in _PORT_ERRORS:
+                if port == ports[-1] or error.errno not in _UNAVAILABLE_PORT_ERRNOS:
                     raise
             else:
                 return
@@ -194,7 +194,7 @@ class _Handler(BaseHTTPRequestHandler):
         self.send_header("Content-Type", resource.media_type)
         self.send_header("Content-Length", str(length))
         self.send_header("Accept-Ranges", "bytes")
-        for name, value in _HEADERS.items():
+        for name, value in _COMMON_HEADERS.items():
             self.send_header(name, value)
 
     def _reject(self, status: HTTPStatus, reason: str) -> None:

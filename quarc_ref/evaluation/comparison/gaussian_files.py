@@ -22,10 +22,12 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
         EntryError: Two files have the same frame number, or there are no files.
         OSError: The folder cannot be read.
     """
-    files = sort_by_frame_number([folder] if folder.is_file() else folder.glob("*.ply"), folder)
-    byte_count = sum(path.stat().st_size for path in files.values())
-    info = EntryInfo("PLY per frame", tuple(files), byte_count)
-    return SplatEntry(label, info, lambda frame: _read_ply(files[frame]))
+    path_by_frame = sort_by_frame_number(
+        [folder] if folder.is_file() else folder.glob("*.ply"), folder
+    )
+    byte_count = sum(path.stat().st_size for path in path_by_frame.values())
+    info = EntryInfo("PLY per frame", tuple(path_by_frame), byte_count)
+    return SplatEntry(label, info, lambda frame: _read_ply(path_by_frame[frame]))
 
 
 def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEntry:
@@ -43,12 +45,12 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
     """
     data = path.read_bytes()
     try:
-        sequence = read_4dgs(data, frames_per_second)
+        fourdgs_frames = read_4dgs(data, frames_per_second)
     except ValueError as error:
         message = f"{path}: {error}"
         raise UnreadableFramesError(message) from error
-    info = EntryInfo("4dgs", tuple(range(sequence.count)), len(data))
-    return SplatEntry(label, info, _FrameReader(sequence.read(), path).load)
+    info = EntryInfo("4dgs", tuple(range(fourdgs_frames.count)), len(data))
+    return SplatEntry(label, info, _FrameReader(fourdgs_frames.read(), path).load)
 
 
 def _read_ply(path: Path) -> Splats:

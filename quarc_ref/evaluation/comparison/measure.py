@@ -223,5 +223,5 @@ def _format_frame_range(entry: Entry) -> str:
 def _choose_shown_views(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:
     """Return camera-frame pairs: three of the first camera, and one of each of a few others."""
     middle_frame = frames[len(frames) // 2]
-    first = {(cameras[0], frame) for frame in (frames[0], middle_frame, frames[-1])}
-    return first | {(name, middle_frame) for name in cameras[1:_MAX_SHOWN_CAMERAS]}
+    first_camera_views = {(cameras[0], frame) for frame in (frames[0], middle_frame, frames[-1])}
+    return first_camera_views | {(name, middle_frame) for name in cameras[1:_MAX_SHOWN_CAMERAS]}

@@ -177,12 +177,14 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
 
 def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:
     camera_by_name = {camera.name: camera for camera in available_cameras}
-    unknown = [name for name in names if name not in camera_by_name]
-    if unknown:
-        message = f"there is no camera {unknown[0]}; the cameras are {', '.join(camera_by_name)}"
+    unknown_names = [name for name in names if name not in camera_by_name]
+    if unknown_names:
+        message = (
+            f"there is no camera {unknown_names[0]}; the cameras are {', '.join(camera_by_name)}"
+        )
         raise EntryError(message)
-    held_out = [camera.name for camera in available_cameras if camera.held_out]
-    chosen_names = list(names) or held_out or list(camera_by_name)
+    held_out_names = [camera.name for camera in available_cameras if camera.held_out]
+    chosen_names = list(names) or held_out_names or list(camera_by_name)
     if not chosen_names:
         message = "the streams have no cameras on which to compare them"
         raise EntryError(message)

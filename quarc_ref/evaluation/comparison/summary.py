@@ -51,7 +51,7 @@ class OperatingPoint:
     Attributes:
         label: Label that the entries at this point share.
         kind: Human-readable kind of the entries at this point.
-        runs: Number of entries; all are runs with the same settings.
+        run_count: Number of entries at this point, which are runs with the same settings.
         metrics: Mean and deviation over the runs, by metric; None for a metric without values.
         byte_count: Size of all frames in bytes; None if unknown.
         kilobytes_per_frame: Size per frame in KB of 1024 bytes; None if unknown.
@@ -63,7 +63,7 @@ class OperatingPoint:
 
     label: Label
     kind: str
-    runs: int
+    run_count: int
     metrics: dict[str, Statistics | None]
     byte_count: Statistics | None
     kilobytes_per_frame: Statistics | None
@@ -182,7 +182,7 @@ def compute_paired_difference(
 
 def _list_view_psnr(runs: Sequence[MeasuredEntry]) -> list[float]:
     """Return the PSNR of every view, averaged over the runs."""
-    by_run = [
+    psnr_by_run = [
         [
             _require_value(view["psnr"])
             for views in run.quality.per_camera.values()
@@ -190,7 +190,7 @@ def _list_view_psnr(runs: Sequence[MeasuredEntry]) -> list[float]:
         ]
         for run in runs
     ]
-    return [fmean(values) for values in zip(*by_run, strict=True)]
+    return [fmean(values) for values in zip(*psnr_by_run, strict=True)]
 
 
 def _require_value(value: float | None) -> float:

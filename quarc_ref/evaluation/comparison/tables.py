@@ -77,7 +77,7 @@ def format_points_csv(summary: Summary) -> bytes:
             "method": point.label.method,
             "point": point.label.point,
             "kind": point.kind,
-            "runs": point.runs,
+            "runs": point.run_count,
         }
         statistics_by_name = {
             **point.metrics,
@@ -138,7 +138,7 @@ def _format_point_row(point: OperatingPoint) -> list[str]:
     return [
         str(point.label),
         point.kind,
-        str(point.runs),
+        str(point.run_count),
         *metrics,
         format_statistics(point.byte_count, ",.0f"),
         format_statistics(point.kilobytes_per_frame, ",.2f"),
@@ -179,7 +179,7 @@ def _point_as_json(point: OperatingPoint) -> dict[str, object]:
         "method": point.label.method,
         "point": point.label.point,
         "kind": point.kind,
-        "runs": point.runs,
+        "runs": point.run_count,
         "quality": {name: _mean_or_none(statistics) for name, statistics in point.metrics.items()},
         "deviation": {
             name: _deviation_or_none(statistics) for name, statistics in point.metrics.items()

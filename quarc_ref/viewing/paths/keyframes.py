@@ -21,7 +21,7 @@ from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import PathError, Pose, Vector, find_up, get_camera_pose, look_at
 
 _SCHEMA = "camera-path/1"
-_KEYS = {"time", "camera", "position", "target", "up", "fov", "frame"}
+_KEYFRAME_KEYS = {"time", "camera", "position", "target", "up", "fov", "frame"}
 _MAX_BYTES = 1 << 24
 _MAX_PICTURES = 1 << 20
 _MAX_FIELD_OF_VIEW = 179.0  # degrees
@@ -143,8 +143,10 @@ def _parse_entries(data: bytes) -> list[Mapping[str, Any]]:
         message = 'the file must have only the keys "schema" and "keyframes" (a nonempty list)'
         raise PathError(message)
     for number, entry in enumerate(entries):
-        if not isinstance(entry, dict) or not set(entry) <= _KEYS:
-            message = f"keyframe {number} may only have the keys {', '.join(sorted(_KEYS))}"
+        if not isinstance(entry, dict) or not set(entry) <= _KEYFRAME_KEYS:
+            message = (
+                f"keyframe {number} may only have the keys {', '.join(sorted(_KEYFRAME_KEYS))}"
+            )
             raise PathError(message)
     return entries
 

@@ -39,7 +39,7 @@ def test_runs_of_a_point_are_summarized_by_mean_and_deviation():
     )
     (point,) = summary.points
 
-    assert point.runs == 3
+    assert point.run_count == 3
     assert point.metrics["psnr"].mean == pytest.approx(33)
     assert point.metrics["psnr"].deviation == pytest.approx(stdev([31, 32, 36]))
     assert point.kilobytes_per_frame.mean == 1
