@@ -27,7 +27,7 @@ def begin_frame(state: State, death_count: int) -> State:
 
     Args:
         state: State of the previous frame.
-        death_count: Number of Gaussians to delete; those of lowest (opacity code, id) die.
+        death_count: Number of Gaussians to delete; `choose_deaths` chooses them.
 
     Raises:
         CountError: No Gaussian would remain.
@@ -62,7 +62,7 @@ def begin_frame(state: State, death_count: int) -> State:
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
-    """Return the indices of the `count` Gaussians of lowest (opacity code, id) (SPEC 7.4)."""
+    """Return the indices of the `count` least opaque Gaussians, ties by lowest id (SPEC 7.4)."""
     order = np.argsort(scene.codes[OPACITY.start], kind="stable")
     return order[:count]
 

@@ -1,4 +1,4 @@
-"""The integer operators of SPEC 4: all roundings and square roots of the format.
+"""The integer operators of SPEC 4, including all rounding and square roots of the format.
 
 All functions take and return int64. No other code in `format` and `decoder` rounds,
 divides possibly negative values, or computes roots.

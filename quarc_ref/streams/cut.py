@@ -21,15 +21,15 @@ from quarc_ref.streams.stream_writer import StreamWriter
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
     """Write the frames from `start` to `stop` - 1 of a stream as a new stream.
 
-    Other chunks are copied if they are before the stream's first frame or after a copied
-    frame. The last `came` and `meta` chunks before `start` are also copied, because they
+    Chunks that are not frames are copied if they are before the stream's first frame or after
+    a copied frame. The last `came` and `meta` chunks before `start` are also copied, because they
     apply to all later frames. Bytes after the requested frames are not read, because they
     may be damaged or not yet written.
 
     Args:
         source: A stream.
         start: Ordinal of the first frame; None for the first frame of the stream.
-        stop: Ordinal of the first frame after the cut; None for all later frames.
+        stop: Ordinal of the first frame after the cut; None to include all later frames.
         sink: Binary file to which the result is appended once `start` has been found.
 
     Returns:

@@ -29,7 +29,7 @@ def decode(
     Args:
         stream: A stream; if it is truncated, its complete frames are yielded before the error.
         start: Ordinal of the first frame; only the bytes needed to reach it are read (SPEC 11.2).
-        stop: Ordinal of the frame before which decoding stops; None for all later frames.
+        stop: Ordinal of the frame before which decoding stops; None to decode all later frames.
         follow: How to wait for a growing stream; None to stop at the stream's current end.
         decoder: A new decoder, from which the caller can read the cameras and metadata;
             None to create one.

@@ -25,7 +25,7 @@ class RedirectError(Exception):
 
 
 class HttpClient:
-    """Sends HTTP requests through the proxies that the environment configures."""
+    """Sends HTTP requests, through proxies if the environment variables configure any."""
 
     def __init__(self) -> None:
         self._opener = OpenerDirector()
