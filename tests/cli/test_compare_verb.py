@@ -103,7 +103,7 @@ def test_renders_have_the_given_size_in_bytes(encoded_stream, capture, tmp_path)
 def weights(tmp_path_factory):
     """A file of LPIPS weights with the real names and much smaller tensors."""
     state = {f"scaling_layer.{name}": torch.ones(1, 3, 1, 1) for name in ("shift", "scale")}
-    for slice_index, layers in enumerate(lpips_module._SLICES):
+    for slice_index, layers in enumerate(lpips_module._CONVOLUTIONS_BY_SLICE):
         for layer in layers:
             input_channels = 3 if layer == 0 else 2
             state[f"net.slice{slice_index + 1}.{layer}.weight"] = (

@@ -18,7 +18,7 @@ def weights():
     }
     input_channels = 3
     for index, (channel_count, layers) in enumerate(
-        zip(_CHANNELS, lpips_module._SLICES, strict=True)
+        zip(_CHANNELS, lpips_module._CONVOLUTIONS_BY_SLICE, strict=True)
     ):
         for layer in layers:
             kernel = torch.randn(channel_count, input_channels, 3, 3, generator=generator) / (
