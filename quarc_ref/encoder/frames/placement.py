@@ -160,7 +160,7 @@ def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> T
 
 
 def _color_by_depth(scene: Attributes, camera: Camera) -> Gaussians:
-    """Return the Gaussians with their depth in place of red, green and blue."""
+    """Return the Gaussians with red, green and blue replaced by their depth."""
     gaussians = scene.activated()
     optical_axis = scene.means.new_tensor(camera.rotation[6:])
     depths = scene.means @ optical_axis + camera.translation[2]

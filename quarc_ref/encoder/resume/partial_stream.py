@@ -164,7 +164,7 @@ def _round_trip_cameras(cameras: Sequence[Camera]) -> tuple[Camera, ...]:
 
 
 def _compare_headers(existing_header: StreamHeader, new_header: StreamHeader) -> list[str]:
-    """Return the names of header fields that differ, ignoring the conformance level."""
+    """Return the names of header fields that differ; the conformance level is not compared."""
     names = [field.name for field in fields(StreamHeader) if field.name != "level"]
     return [name for name in names if getattr(existing_header, name) != getattr(new_header, name)]
 

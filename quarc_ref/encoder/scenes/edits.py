@@ -150,7 +150,7 @@ class Edit:
 
 
 def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
-    """Yield edited frames; no two Gaussians have the same id, even after a canonical frame.
+    """Yield edited frames; ids are not reused for other Gaussians after a canonical frame.
 
     Args:
         scenes: Decoded frames of a stream, in order.

@@ -19,7 +19,7 @@ _MIN_OPACITY = 1e-3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Slack:
-    """Factors by which the error bounds of each Gaussian are multiplied, at least 1.
+    """Factors of at least 1 by which the error bounds of each Gaussian are multiplied.
 
     Attributes:
         position: `[N]` factors for positions.

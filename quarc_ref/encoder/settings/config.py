@@ -34,7 +34,7 @@ class StepSettings(Validated):
     )
     translation_change: NonNegativeFloat = described(
         0.0,
-        "Mean change of the pictures of frame 0, as a fraction of white, that a shift by one "
+        "Mean pixel change, as a fraction of white, that a shift of the pictures of frame 0 by one "
         "translation step should cause. The translation step is chosen accordingly, but is at most "
         "one pixel. 0: use stream.translation_step, which is in lattice units.",
     )
@@ -71,12 +71,13 @@ class EncoderConfig(Validated):
     )
     target_kb_per_frame: NonNegativeFloat = described(
         0.0,
-        "Target size of each frame that is not a keyframe, in units of 1024 bytes; 0: no target.",
+        "Target for the mean size of the frames that are not keyframes, in units of 1024 bytes; "
+        "0: no target.",
     )
     seed: Seed = described(
         0,
-        "Seed of all random numbers: anchor sampling, order of views, noise, placement of new "
-        "Gaussians.",
+        "Seed of all random numbers, which determine the sampled anchors, the order of views, the "
+        "noise and the positions of new Gaussians.",
     )
 
 

@@ -28,18 +28,18 @@ class MotionSettings(Validated):
     )
     lr: NonNegativeFloat = described(
         5e-4,
-        "Learning rate of motion residuals at anchor level 1, the finest, in world units (paper: "
-        "5e-4).",
+        "Learning rate of motion residuals at anchor level 1 (the finest), in world units "
+        "(paper: 5e-4).",
     )
     translation_lr: NonNegativeFloat = described(
         0.0,
-        "Learning rate of translation residuals at anchor level 1, the finest, in translation "
-        "steps, which depend on the scale of the capture; 0: use motion.lr (paper).",
+        "Learning rate of translation residuals at anchor level 1 (the finest), in translation "
+        "steps, whose size depends on the scale of the capture; 0: use motion.lr (paper).",
     )
     level_lr_factor: NonNegativeFloat = described(
         1.0,
-        "Learning rate of an anchor level, relative to the next finer level; 1: equal learning "
-        "rates (paper).",
+        "Learning rate of an anchor level, relative to that of the next finer level; 1: equal "
+        "learning rates (paper).",
     )
     lr_end_factor: UnitInterval = described(
         1.0,
@@ -84,8 +84,8 @@ class BirthSettings(Validated):
     )
     placement: Placement = described(
         "gate",
-        "Where new Gaussians are placed. gate: near the Gaussians that pass the change gate, which "
-        "are cloned (paper). errors: at the pixels with the largest errors.",
+        "Where new Gaussians are placed. gate: near the Gaussians that pass the change gate, as "
+        "their clones (paper). errors: at the pixels with the largest errors.",
     )
     gate_views: NonNegativeInt = described(
         4,
@@ -100,8 +100,8 @@ class BirthSettings(Validated):
     )
     error_threshold: NonNegativeFloat = described(
         0.08,
-        "Mean absolute error over the color channels, 0 to 1, above which a pixel can get a new "
-        "Gaussian, with births.placement=errors.",
+        "With births.placement=errors, a pixel can get a new Gaussian only if its mean absolute "
+        "error over the color channels, 0 to 1, is above this threshold.",
     )
     error_radius: NonNegativeInt = described(
         1,
@@ -123,8 +123,8 @@ class BirthSettings(Validated):
     )
     spread: NonNegativeFloat = described(
         2.0,
-        "Standard deviation of the offset of a clone from its parent, as a multiple of the "
-        "parent's scales, with births.placement=gate.",
+        "Standard deviation of the offset of a clone from its parent with births.placement=gate, "
+        "as a multiple of the parent's scales.",
     )
     opacity_logit: Logit = described(
         0.1, "Initial opacity of a new Gaussian, as a logit (0: opacity 0.5)."
@@ -156,10 +156,10 @@ class BirthSettings(Validated):
     )
     rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of births with births.rd_selection: the required decrease of the "
-        "mean loss of the training views per byte, multiplied by the number of Gaussians and "
-        "divided by the loss of decoded frame 0. 0: it is sufficient that all new Gaussians of a "
-        "frame together lower the loss.",
+        "Rate-distortion weight of births, used with births.rd_selection. The weight is the "
+        "decrease of the mean loss of the training views that is required per byte, multiplied by "
+        "the number of Gaussians and divided by the loss of decoded frame 0. 0: the new Gaussians "
+        "of a frame are coded if together they lower the loss.",
     )
 
 
@@ -181,9 +181,9 @@ class UpdateSettings(Validated):
     )
     min_gain: NonNegativeFloat = described(
         0.5,
-        "Decrease of the mean loss of the training views above which an update is selected, "
-        "multiplied by the number of Gaussians and divided by the loss of decoded frame 0; 0: any "
-        "decrease is sufficient.",
+        "Gain above which an update is selected. The gain is the decrease of the mean loss of the "
+        "training views, multiplied by the number of Gaussians and divided by the loss of decoded "
+        "frame 0. 0: any decrease is sufficient.",
     )
     death_opacity: UnitInterval = described(
         0.02,

@@ -35,7 +35,8 @@ def test_a_description_stands_beside_its_field():
     }
 
     assert descriptions["target_kb_per_frame"] == (
-        "Target size of each frame that is not a keyframe, in units of 1024 bytes; 0: no target."
+        "Target for the mean size of the frames that are not keyframes, in units of 1024 bytes; "
+        "0: no target."
     )
     assert descriptions["stream.sh_degree"] == "Degree of spherical harmonics: 0 or 1."
 
