@@ -120,7 +120,7 @@ def _to_finding(error: Exception) -> Finding:
 
 
 def _drop_repeated_findings(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Drop epipolar findings about cameras that the color check has already reported."""
+    """Drop epipolar findings about cameras that the check of colors has already reported."""
     reported_cameras = {
         camera
         for finding in findings

@@ -105,7 +105,7 @@ class _MotionFit:
             )
             self._selection_step = round(update_settings.select_at * settings.iterations)
         self._statistics = ScreenStatistics(scene.count, context.device)
-        self._views = context.views.shuffled(context.generator(scene.frame, "motion"))
+        self._views = context.views.shuffled_indices(context.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()
         if self._updates is not None:
             self._leaves.append(self._updates.leaf)

@@ -96,7 +96,7 @@ class _Training:
         self._context, self._objective = context, objective
         self._half_context = context.halved() if settings.half_resolution_until_iter else context
         self._generator = context.generator(0, "canonical")
-        self._views = context.views.shuffled(self._generator)
+        self._views = context.views.shuffled_indices(self._generator)
         initial_attributes = initialize_from_points(
             points, settings, self._generator, context.device
         )

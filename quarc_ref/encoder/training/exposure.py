@@ -57,7 +57,7 @@ class Exposures:
         self._normalize_gains()
 
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Replace all gains with estimates from one pair of a rendering and a picture per view."""
+        """Replace the gains of every view with an estimate from its rendering and its picture."""
         self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
         self._normalize_gains()
 

@@ -1,4 +1,4 @@
-"""Fixes the number of torch threads, because torch's results depend on it.
+"""Fixes the number of torch threads, because the results of torch depend on this number.
 
 torch splits long arrays into one piece per thread, sums each piece separately and uses
 different instructions at the end of a piece. The last bits of results therefore depend on

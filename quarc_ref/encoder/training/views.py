@@ -91,7 +91,7 @@ class TrainingViews:
         return _average_squares(mask, self._downscale).floor()
 
     def halved(self) -> "TrainingViews":
-        """Return these views with half the width and height."""
+        """Return the same views with half the width and height."""
         return TrainingViews(self._capture, self._device, 2 * self._downscale)
 
     def drop_frames_before(self, frame: int) -> None:
@@ -99,12 +99,12 @@ class TrainingViews:
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
         self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
 
-    def shuffled(self, generator: torch.Generator) -> "Shuffle":
+    def shuffled_indices(self, generator: torch.Generator) -> "ShuffledIndices":
         """Return an endless iterator over view indices in random order."""
-        return Shuffle(len(self._indices), generator)
+        return ShuffledIndices(len(self._indices), generator)
 
 
-class Shuffle(Iterator[int]):
+class ShuffledIndices(Iterator[int]):
     """An endless sequence of random permutations of the integers below `count`.
 
     Args:
