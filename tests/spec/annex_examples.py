@@ -129,7 +129,8 @@ def sampler() -> str:
     occupied = len(set(_list_cells(shift - 1)))
     return (
         f"With seed {header.seed}, phase {phase}, m = 2 and L = 1, the Gaussians of the table have "
-        f"A_1 = {anchor_count} anchors. At shift\n{shift - 1}, the Gaussians occupy {occupied} cells; "
+        f"A_1 = {anchor_count} anchors. At shift\n{shift - 1}, the Gaussians occupy "
+        f"{occupied} cells; "
         f"at shift {shift}, they occupy {len(set(cells))}.\n\n"
         f"{render_table(head, rows)}\n"
         f"The anchors 0 to {anchor_count - 1} are the Gaussians with the ids "
