@@ -1,7 +1,7 @@
 """Finds the recordings in a folder: one video or one folder of pictures per camera."""
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,16 +41,6 @@ class Recordings:
             message = f"there is no camera {name}; the cameras are {', '.join(self.names)}"
             raise UnknownCameraError(message)
         return self.names.index(name)
-
-    def without_cameras(self, names: Iterable[str]) -> "Recordings":
-        """Return the recordings without the named cameras."""
-        removed = set(names)
-        indices = [index for index, name in enumerate(self.names) if name not in removed]
-        paths = [self.pictures.paths[index] for index in indices]
-        return Recordings(
-            tuple(self.names[index] for index in indices),
-            open_pictures(paths, reject_gaps=False),
-        )
 
 
 def find_recordings(folder: Path) -> Recordings:

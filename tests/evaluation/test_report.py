@@ -104,6 +104,10 @@ def test_truth_decoded_and_difference_of_three_frames_are_shown(report, evaluati
             assert np.abs(written - 255 * picture).max() <= 0.5 + 1e-3
 
 
+def test_the_page_names_all_held_out_cameras(page):
+    assert "measured on cam01, cam04, held out from training" in page.text()
+
+
 def test_the_figures_are_those_of_the_evaluation(page, evaluation):
     summary, quality = evaluation.summary, evaluation.quality
     text = page.text()
