@@ -147,13 +147,13 @@ def _estimate_poses(
     """Add moments until enough cameras have poses; return the poses and the moment count."""
     names, pictures = recordings.names, recordings.pictures
     first_frames = CaptureNotes(offsets.frames).first_frames(names)
-    synchronized = SynchronizedPictures(pictures, [first_frames[name] for name in names])
-    chosen_moments = _choose_moments(synchronized.frame_count, options.moments)
+    synchronized_pictures = SynchronizedPictures(pictures, [first_frames[name] for name in names])
+    chosen_moments = _choose_moments(synchronized_pictures.frame_count, options.moments)
     best_solution: Solution | None = None
     with tempfile.TemporaryDirectory() as folder, silence_colmap():
         features = Features(Path(folder), [options.masks.get(name) for name in names])
         for moment_count, moment in enumerate(chosen_moments, start=1):
-            images = [synchronized.read(camera, moment) for camera in range(len(names))]
+            images = [synchronized_pictures.read(camera, moment) for camera in range(len(names))]
             features.add_moment(moment, images, lambda *steps: options.report("features", *steps))
             is_last = moment_count == len(chosen_moments)
             if not is_last and (

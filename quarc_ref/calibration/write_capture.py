@@ -45,8 +45,8 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
     frame_rate = calibration.recordings.pictures.frames_per_second
     document = {"fps": frame_rate, "ply_file_path": _POINTS_NAME, "frames": entries}
     folder.write("transforms.json", json.dumps(document, indent=1, allow_nan=False).encode())
-    write_points_ply(folder.add(_POINTS_NAME), calibration.points)
-    write_capture_notes(folder.add(NOTES_NAME), calibration.notes)
+    write_points_ply(folder.register(_POINTS_NAME), calibration.points)
+    write_capture_notes(folder.register(NOTES_NAME), calibration.notes)
 
 
 def _add_recording(

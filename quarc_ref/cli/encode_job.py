@@ -144,8 +144,8 @@ def encode_to_joined_file(
         options.check(capture)
         segment_list = _split_capture(job, capture, options, folder.path.absolute(), segment_count)
         for segment in segment_list:
-            folder.add(segment.file.name)
-            folder.add(checkpoint_path(segment.file).name)
+            folder.register(segment.file.name)
+            folder.register(checkpoint_path(segment.file).name)
         segments.encode_segments(segment_list, pool, job.progress, job.findings.add)
         with open_output_file(target, force=write_mode.force, durable=True) as sink:
             segments.join_segments(segment_list, sink)

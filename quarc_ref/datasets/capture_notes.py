@@ -142,7 +142,7 @@ def _parse_notes(data: bytes) -> CaptureNotes:
     unknown_keys = sorted(set(document) - set(_KEYS))
     if unknown_keys:
         message = (
-            f"unknown key {', '.join(map(repr, unknown_keys))}; the known keys are "
+            f"unknown keys: {', '.join(map(repr, unknown_keys))}; the known keys are "
             f"{', '.join(_KEYS)}"
         )
         raise ValueError(message)

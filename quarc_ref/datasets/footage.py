@@ -26,14 +26,14 @@ class CaptureFiles:
     """The files of a capture.
 
     Attributes:
-        descriptions: Files of poses and points, which are hashed completely.
+        description_files: Files of poses and points, which are hashed completely.
         pictures: Masks, and videos or picture files of all frames, whose names and sizes are
             hashed.
         sampled_files: Masks, and videos or picture files of frame 0, whose first and last MiB
             are also hashed.
     """
 
-    descriptions: tuple[Path, ...]
+    description_files: tuple[Path, ...]
     pictures: tuple[Path, ...]
     sampled_files: tuple[Path, ...]
 
@@ -46,7 +46,7 @@ class Footage:
         cameras: Cameras in the order of their names.
         source: Pictures as stored on disk.
         points: Initial points; None to triangulate them.
-        descriptions: Files of poses and points.
+        description_files: Files of poses and points.
         stated_frame_rate: Frame rate that a description file states; None to use the frame rate of
             `source`.
         findings: Problems that the loader found, and assumptions that it made.
@@ -56,7 +56,7 @@ class Footage:
     cameras: tuple[CalibratedCamera, ...]
     source: Pictures
     points: Points | None
-    descriptions: tuple[Path, ...]
+    description_files: tuple[Path, ...]
     stated_frame_rate: float | None = None
     findings: tuple[Finding, ...] = ()
     masks: FileMasks | None = None
@@ -76,9 +76,12 @@ class Footage:
         """Files from which the footage was read."""
         masks = self.masks.paths if self.masks else ()
         return CaptureFiles(
-            self.descriptions,
-            pictures=(*(path for row in self.source.paths for path in row), *masks),
-            sampled_files=(*(row[0] for row in self.source.paths), *masks),
+            self.description_files,
+            pictures=(
+                *(path for camera_paths in self.source.paths for path in camera_paths),
+                *masks,
+            ),
+            sampled_files=(*(camera_paths[0] for camera_paths in self.source.paths), *masks),
         )
 
 
@@ -95,9 +98,9 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """
     digest = hashlib.sha256()
     try:
-        for name, path in _sort_by_name(folder, {*files.descriptions, *files.pictures}):
+        for name, path in _sort_by_name(folder, {*files.description_files, *files.pictures}):
             digest.update(json.dumps([name, path.stat().st_size]).encode())
-        for _, path in _sort_by_name(folder, files.descriptions):
+        for _, path in _sort_by_name(folder, files.description_files):
             digest.update(path.read_bytes())
         for _, path in _sort_by_name(folder, files.sampled_files):
             digest.update(_read_ends(path))

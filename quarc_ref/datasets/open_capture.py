@@ -79,8 +79,8 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         for camera, rectifier in zip(footage.cameras, rectifiers, strict=True)
     ]
     names = [camera.name for camera in cameras]
-    footage, synchronized = _synchronize(path, footage, options)
-    source = RectifiedPictures(synchronized, names, rectifiers)
+    footage, synchronized_pictures = _synchronize(path, footage, options)
+    source = RectifiedPictures(synchronized_pictures, names, rectifiers)
     fingerprint = compute_fingerprint(path, footage.files)
     points = footage.points
     if points is None:
@@ -93,7 +93,10 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
             make_camera(camera, points.positions, held_out=camera.name in held_out)
             for camera in cameras
         ],
-        frame_count=min(synchronized.frame_count, options.max_frames or synchronized.frame_count),
+        frame_count=min(
+            synchronized_pictures.frame_count,
+            options.max_frames or synchronized_pictures.frame_count,
+        ),
         frames_per_second=footage.frames_per_second,
         points=points,
         source=source,
@@ -101,7 +104,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         findings=footage.findings,
         start=options.start,
         notes=read_capture_notes(path),
-        masks=RectifiedMasks(footage.masks, synchronized.first_frames, rectifiers)
+        masks=RectifiedMasks(footage.masks, synchronized_pictures.first_frames, rectifiers)
         if footage.masks
         else None,
     )
@@ -150,9 +153,11 @@ def _synchronize(
     """
     names, start = [camera.name for camera in footage.cameras], options.start
     offsets = read_capture_notes(path).first_frames(names)
-    synchronized = SynchronizedPictures(footage.source, [start + offsets[name] for name in names])
-    if synchronized.frame_count < 1:
-        common_frame_count = synchronized.frame_count + start
+    synchronized_pictures = SynchronizedPictures(
+        footage.source, [start + offsets[name] for name in names]
+    )
+    if synchronized_pictures.frame_count < 1:
+        common_frame_count = synchronized_pictures.frame_count + start
         message = (
             f"cannot start at frame {start}: the capture has {common_frame_count} frames common to "
             "all cameras"
@@ -162,14 +167,16 @@ def _synchronize(
         *footage.findings,
         compare_rotations(names, footage.source.rotations),
     ]
-    if options.max_frames is None or options.max_frames > synchronized.frame_count:
+    if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
         findings.append(compare_lengths(names, footage.source.lengths))
     footage = replace(
         footage, findings=tuple(finding for finding in findings if finding is not None)
     )
     if any(offsets.values()):
-        footage = replace(footage, descriptions=(*footage.descriptions, path / NOTES_NAME))
-    return footage, synchronized
+        footage = replace(
+            footage, description_files=(*footage.description_files, path / NOTES_NAME)
+        )
+    return footage, synchronized_pictures
 
 
 def _choose_held_out(names: Sequence[str], requested_names: Sequence[str]) -> frozenset[str]:

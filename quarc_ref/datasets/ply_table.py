@@ -132,11 +132,11 @@ def _read_binary(body: bytes, header: PlyHeader) -> Columns:
 
 def _read_ascii(body: bytes, header: PlyHeader) -> Columns:
     names = header.vertex_type.names or ()
-    values = [line.split() for line in body.split(b"\n")[: header.vertex_count]]
-    if len(values) < header.vertex_count or any(len(row) != len(names) for row in values):
+    rows = [line.split() for line in body.split(b"\n")[: header.vertex_count]]
+    if len(rows) < header.vertex_count or any(len(row) != len(names) for row in rows):
         message = f"the file does not have {header.vertex_count} lines of {len(names)} numbers"
         raise ValueError(message)
-    table = np.array(values).astype(np.float64)
+    table = np.array(rows).astype(np.float64)
     return dict(zip(names, table.T, strict=True))
 
 

@@ -100,11 +100,11 @@ def _split_jpeg(data: bytes) -> Iterator[_HeaderPart]:
 
 
 def _read_jpeg(segments: list[_HeaderPart]) -> StillHeader:
-    frame = next((s.payload for s in segments if s.kind in _FRAME_MARKERS), None)
-    if frame is None:
+    frame_header = next((s.payload for s in segments if s.kind in _FRAME_MARKERS), None)
+    if frame_header is None:
         message = "the file has no JPEG frame header"
         raise ValueError(message)
-    height, width = struct.unpack_from(">HH", frame, 1)
+    height, width = struct.unpack_from(">HH", frame_header, 1)
     exif_blocks = [
         segment.payload.removeprefix(_EXIF_PREFIX)
         for segment in segments
@@ -125,11 +125,11 @@ def _find_orientation(exif_blocks: list[bytes]) -> int:
 def _read_orientation(exif_block: bytes) -> int:
     """Read the orientation from the first directory of an EXIF block, which is in TIFF format."""
     byte_order = {b"II*\0": "<", b"MM\0*": ">"}[exif_block[:4]]
-    (directory,) = struct.unpack_from(f"{byte_order}I", exif_block, 4)
-    (count,) = struct.unpack_from(f"{byte_order}H", exif_block, directory)
+    (directory_offset,) = struct.unpack_from(f"{byte_order}I", exif_block, 4)
+    (count,) = struct.unpack_from(f"{byte_order}H", exif_block, directory_offset)
     for index in range(count):
         tag, kind, _, value = struct.unpack_from(
-            f"{byte_order}HHIH", exif_block, directory + 2 + 12 * index
+            f"{byte_order}HHIH", exif_block, directory_offset + 2 + 12 * index
         )
         if (tag, kind) == (_ORIENTATION_TAG, _SHORT_TYPE):
             return int(value)

@@ -17,7 +17,7 @@ from quarc_ref.files.output_folder import (
     open_existing_folder,
     open_marker,
 )
-from quarc_ref.files.temporary_paths import PART_SUFFIX, make_replaced_path, make_temporary_path
+from quarc_ref.files.temporary_paths import PART_SUFFIX, make_old_path, make_temporary_path
 
 
 @contextmanager
@@ -144,7 +144,7 @@ def _replace_folder(folder: OutputFolder, target: Path) -> None:
     The old folder is renamed before the new folder is moved to its path. If the process is killed
     between these two steps, the next process restores the old folder (`remove_leftovers`).
     """
-    old_path = make_replaced_path(folder.path)
+    old_path = make_old_path(folder.path)
     with open_marker(target) as marker:
         if not CAN_LOCK:
             marker.close()

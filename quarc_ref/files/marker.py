@@ -45,11 +45,11 @@ def continue_marker(marker: BinaryIO, folder: Path) -> set[str]:
     Raises:
         OutputPathError: The marker is damaged.
     """
-    lines, end = _read_lines(marker, folder)
+    names, end = _read_names(marker, folder)
     marker.truncate(marker.seek(end))
     if not end:
         begin_marker(marker)
-    return lines
+    return names
 
 
 def read_marker(folder: Path) -> set[str]:
@@ -60,7 +60,7 @@ def read_marker(folder: Path) -> set[str]:
     """
     try:
         with open_regular_file(folder / MARKER_NAME, os.O_RDONLY) as marker:
-            return _read_lines(marker, folder)[0]
+            return _read_names(marker, folder)[0]
     except FileNotFoundError:
         return set()
 
@@ -70,7 +70,7 @@ def _write_line(marker: BinaryIO, line: str) -> None:
     marker.flush()
 
 
-def _read_lines(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
+def _read_names(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
     """Return the names in a marker, and the offset at which the last complete line ends.
 
     Any bytes after that offset are an incomplete line that a killed process left.

@@ -34,7 +34,7 @@ class OutputFolder:
         self._marker = marker
         self._listed_names = set(listed_names)
 
-    def add(self, name: str) -> Path:
+    def register(self, name: str) -> Path:
         """Add the name of a new file to the marker, and return the path at which to create it.
 
         Raises:
@@ -47,7 +47,7 @@ class OutputFolder:
     @contextmanager
     def open(self, name: str) -> Iterator[BinaryIO]:
         """Open a new file, which appears in the folder if the block ends without an error."""
-        with atomic_file(self.add(name)) as file:
+        with atomic_file(self.register(name)) as file:
             yield file
 
     def write(self, name: str, data: bytes) -> Path:
@@ -68,7 +68,7 @@ class OutputFolder:
         Raises:
             OSError: The file cannot be read or written.
         """
-        path = self.add(name)
+        path = self.register(name)
         try:
             os.link(source.resolve(), path)
         except OSError:

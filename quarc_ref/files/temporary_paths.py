@@ -18,7 +18,7 @@ def make_temporary_path(target: Path, suffix: str) -> Path:
     return target.with_name(f".{target.name}.{secrets.token_hex(_RANDOM_BYTES)}.{suffix}")
 
 
-def make_replaced_path(part_path: Path) -> Path:
+def make_old_path(part_path: Path) -> Path:
     """Return the path to which the old target is moved when `part_path` takes its place."""
     return part_path.with_suffix(f".{OLD_SUFFIX}")
 

@@ -63,7 +63,7 @@ def fill_synthetic_capture(
                 views.append(view)
                 progress(index * len(stages) + len(views), total)
             pictures = [view.picture for view in views]
-            write_video(folder.add(f"cam{index:02}.mp4"), pictures, options)
+            write_video(folder.register(f"cam{index:02}.mp4"), pictures, options)
             poses.append(
                 camera.as_poses_bounds_row(
                     min(camera_view.min_depth for camera_view in views),
@@ -74,7 +74,7 @@ def fill_synthetic_capture(
     with folder.open("poses_bounds.npy") as file:
         np.save(file, np.stack(poses))
     points = _sample_points(stages[0], cameras[1:], first_pictures[1:], options.seed)
-    write_points_ply(folder.add("points3D_init.ply"), points)
+    write_points_ply(folder.register("points3D_init.ply"), points)
 
 
 def _sample_points(

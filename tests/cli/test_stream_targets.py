@@ -60,7 +60,7 @@ def test_only_the_segments_and_their_remains_are_removed(tmp_path):
     target = tmp_path / "a.quarc"
     with open_segments_folder(target, force=False, resume=False) as folder:
         for name in ("frames_0.quarc", "frames_0.quarc.training"):
-            folder.add(name).write_bytes(b"made")
+            folder.register(name).write_bytes(b"made")
         leftover_file = folder.path / ".frames_0.quarc.training.0123456789abcdef.part"
         leftover_file.write_bytes(b"left")
         (folder.path / "frames_1.quarc").write_bytes(b"mine")

@@ -56,7 +56,10 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
     [
         ("[]", "not a JSON object"),
         ("{", "Expecting"),
-        ('{"shifts": {}}', "unknown key 'shifts'; the known keys are offsets, up, meters_per_unit"),
+        (
+            '{"shifts": {}}',
+            "unknown keys: 'shifts'; the known keys are offsets, up, meters_per_unit",
+        ),
         ('{"offsets": [1]}', "'offsets' is not an object"),
         ('{"offsets": {"cam00": true}}', "the offset of cam00 is not a number"),
         ('{"offsets": {"cam00": 1e9}}', "it must be between -10,000,000 and 10,000,000 frames"),

@@ -83,7 +83,9 @@ def test_a_fingerprint_changes_with_a_name(folder_and_files):
     pictures = (*files.pictures[:2], folder / "d.png")
 
     assert (
-        compute_fingerprint(folder, CaptureFiles(files.descriptions, pictures, files.sampled_files))
+        compute_fingerprint(
+            folder, CaptureFiles(files.description_files, pictures, files.sampled_files)
+        )
         != fingerprint_before
     )
 

@@ -29,9 +29,11 @@ from quarc_ref.datasets.pictures import Pictures
 def find_model(folder: Path) -> Path | None:
     """Return the folder of a capture's COLMAP model; None if the capture has no model."""
     candidates = [*sorted(folder.glob("sparse*/0")), *sorted(folder.glob("sparse*")), folder]
-    names = ("cameras.bin", "cameras.txt")
+    file_names = ("cameras.bin", "cameras.txt")
     model_folders = (
-        candidate for candidate in candidates if any((candidate / name).is_file() for name in names)
+        candidate
+        for candidate in candidates
+        if any((candidate / name).is_file() for name in file_names)
     )
     return next(model_folders, None)
 
@@ -55,7 +57,7 @@ def read_colmap(folder: Path) -> Footage:
         cameras,
         source,
         points,
-        descriptions=tuple(
+        description_files=tuple(
             path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
         ),
     )

@@ -49,7 +49,7 @@ def read_easymocap(folder: Path) -> Footage:
         except ValueError as error:
             message = f"{folder}: camera {name} in intri.yml or extri.yml: {error}"
             raise UnreadablePoseError(message) from error
-    return Footage(tuple(cameras), source, points=None, descriptions=paths)
+    return Footage(tuple(cameras), source, points=None, description_files=paths)
 
 
 def _read_matrices(path: Path) -> Matrices:

@@ -56,7 +56,7 @@ def read_n3dv(folder: Path) -> Footage:
         ),
         source=source,
         points=read_points_ply(points_path) if points_path else None,
-        descriptions=(poses_path, points_path) if points_path else (poses_path,),
+        description_files=(poses_path, points_path) if points_path else (poses_path,),
         findings=_compare_orders(names),
     )
 

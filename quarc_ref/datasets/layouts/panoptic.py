@@ -49,7 +49,7 @@ def read_panoptic(folder: Path) -> Footage:
                 cameras=tuple(cameras[kind][name] for name in names),
                 source=open_pictures([files[name] for name in names]),
                 points=None,
-                descriptions=(path,),
+                description_files=(path,),
             )
     message = (
         f"{folder} has no hdVideos/hd_00_00.mp4, hdImgs/00_00/00_00_00000000.jpg, vgaVideos "

@@ -37,14 +37,14 @@ class Entry:
         lens: Lens of the picture.
         matrix: 3x4 matrix from camera to world with OpenGL's axes, row by row.
         time: Time of the picture in any unit; None if the entry has no time.
-        mask: Path of the mask; None if the entry has no mask.
+        mask_path: Path of the mask; None if the entry has no mask.
     """
 
     path: str
     lens: Lens
     matrix: tuple[float, ...]
     time: float | None
-    mask: str | None = None
+    mask_path: str | None = None
 
     def pose(self) -> Pose:
         """Return the pose with OpenCV's axes: right, down, forward.
@@ -63,12 +63,12 @@ class Transforms:
     Attributes:
         entries: Entries in the order of the file, at least one.
         frames_per_second: Frame rate; None if the file has no frame rate.
-        points: Path of the initial points as stored in the file; None if the file has no such path.
+        points_path: Path of the initial points as stored in the file; None if the file has none.
     """
 
     entries: tuple[Entry, ...]
     frames_per_second: float | None
-    points: str | None
+    points_path: str | None
 
 
 def read_transforms(path: Path) -> Transforms:
@@ -106,17 +106,17 @@ def _parse_document(document: object) -> Transforms:
     if frame_rate is not None and frame_rate <= 0:
         message = f"'fps' is {frame_rate:g}, but it must be positive"
         raise ValueError(message)
-    points = _get_text(document, "ply_file_path") if "ply_file_path" in document else None
-    return Transforms(tuple(entries), frame_rate, points)
+    points_path = _get_text(document, "ply_file_path") if "ply_file_path" in document else None
+    return Transforms(tuple(entries), frame_rate, points_path)
 
 
 def _parse_entry(frame: dict[str, object], defaults: dict[str, object]) -> Entry:
     path = _get_text(frame, "file_path")
     try:
         time = _get_number(frame, "time") if "time" in frame else None
-        mask = _get_text(frame, "mask_path") if "mask_path" in frame else None
+        mask_path = _get_text(frame, "mask_path") if "mask_path" in frame else None
         lens = _parse_lens(ChainMap(frame, defaults))
-        return Entry(path, lens, _parse_matrix(frame), time, mask)
+        return Entry(path, lens, _parse_matrix(frame), time, mask_path)
     except (TypeError, ValueError) as error:
         message = f"frame {path}: {error}"
         raise ValueError(message) from error

@@ -88,27 +88,28 @@ def _load_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     resolver = NamedFileResolver(path)
     paths = [[resolver.find(entry.path) for entry in entries] for entries in rig.entries]
-    points, descriptions = _read_descriptions(path, transforms, resolver)
+    points, description_files = _read_points(path, transforms, resolver)
     source, frame_rate = open_pictures(paths, reject_gaps=False), transforms.frames_per_second
     masks = _open_masks(resolver, rig, source)
-    return Footage(rig.cameras, source, points, descriptions, frame_rate, masks=masks)
+    return Footage(rig.cameras, source, points, description_files, frame_rate, masks=masks)
 
 
 def _open_masks(resolver: NamedFileResolver, rig: _Rig, source: Pictures) -> FileMasks | None:
     """Return the masks that the entries name; None if no entry names a mask."""
     mask_paths = [
-        [resolver.find(entry.mask) for entry in entries if entry.mask] for entries in rig.entries
+        [resolver.find(entry.mask_path) for entry in entries if entry.mask_path]
+        for entries in rig.entries
     ]
     return FileMasks(mask_paths, source.sizes, source.lengths) if any(mask_paths) else None
 
 
-def _read_descriptions(
+def _read_points(
     path: Path, transforms: Transforms, resolver: NamedFileResolver
 ) -> tuple[Points | None, tuple[Path, ...]]:
     """Return the initial points, and the paths of `transforms.json` and of the points file."""
-    if transforms.points is None:
+    if transforms.points_path is None:
         return None, (path,)
-    points_path = resolver.find(transforms.points)
+    points_path = resolver.find(transforms.points_path)
     return read_points_ply(points_path), (path, points_path)
 
 
@@ -171,8 +172,8 @@ def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
         lambda path: path.parent.name,
     )
     for get_name in name_functions:
-        group_names = [{get_name(PurePosixPath(path)) for path in group} for group in groups]
-        names = [name for common_names in group_names for name in common_names]
+        names_by_group = [{get_name(PurePosixPath(path)) for path in group} for group in groups]
+        names = [name for common_names in names_by_group for name in common_names]
         if len(names) == len(set(names)) == len(groups):
             return names
     return [f"cam{index:02d}" for index in range(len(groups))]

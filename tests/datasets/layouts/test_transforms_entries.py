@@ -106,12 +106,13 @@ def test_rate_points_and_times_are_read_from_their_keys(path):
     )
     untold = read(path, {**SHARED, "frames": [FRAME]})
 
-    assert (reported.frames_per_second, reported.points, reported.entries[0].time) == (
+    assert (reported.frames_per_second, reported.points_path, reported.entries[0].time) == (
         25,
         "p.ply",
         0.5,
     )
-    assert (untold.frames_per_second, untold.points, untold.entries[0].time) == (None, None, None)
+    values = (untold.frames_per_second, untold.points_path, untold.entries[0].time)
+    assert values == (None, None, None)
 
 
 @pytest.mark.parametrize(
