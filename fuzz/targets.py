@@ -68,15 +68,15 @@ def fuzz_payloads(data: bytes) -> None:
 
 def fuzz_streams(data: bytes) -> None:
     """Decode a stream from its start, from frame 1, with recovery and from a pipe; also cut it."""
-    readers: tuple[Callable[[Source], object], ...] = (
+    operations: tuple[Callable[[Source], object], ...] = (
         lambda source: list(decode(source)),
         lambda source: list(decode(source, 1)),
         lambda source: list(recover(source)),
         lambda source: cut(source, None, None, io.BytesIO()),
     )
-    for reader in readers:
+    for operation in operations:
         with suppress(*_DOCUMENTED_ERRORS):
-            reader(BytesSource(data))
+            operation(BytesSource(data))
     with suppress(*_DOCUMENTED_ERRORS):
         list(recover(PipeSource(io.BytesIO(data))))
 
@@ -174,7 +174,7 @@ def fuzz_panoptic_json(data: bytes) -> None:
         panoptic.read_cameras(path)
 
 
-def fuzz_stills(data: bytes) -> None:
+def fuzz_image_header(data: bytes) -> None:
     """Read the header of a picture file."""
     with suppress(ValueError):
         read_still_header(data)
@@ -195,7 +195,7 @@ def fuzz_colmap_model(data: bytes) -> None:
             colmap._read_model(model)
 
 
-def fuzz_training(data: bytes) -> None:
+def fuzz_checkpoint(data: bytes) -> None:
     """Read the file of a checkpoint that holds arrays."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
     with (
@@ -248,8 +248,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "notes": fuzz_notes,
     "opencv_yaml": fuzz_opencv_yaml,
     "panoptic_json": fuzz_panoptic_json,
-    "stills": fuzz_stills,
+    "stills": fuzz_image_header,
     "colmap": fuzz_colmap_model,
-    "training": fuzz_training,
+    "training": fuzz_checkpoint,
     "marker": fuzz_marker,
 }

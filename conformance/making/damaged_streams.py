@@ -14,7 +14,7 @@ from making.fault_rows import (
 )
 from making.lost_chunks import make_loss_vectors, make_order_vectors
 from making.payloads import MAGIC, pack_chunk, pack_chunk_header
-from making.recovery_rules import make_recovery_rules
+from making.recovery_rules import make_recovery_vectors
 from making.scenes import hash_numbers
 from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
@@ -31,7 +31,7 @@ def make_damaged_vectors(parent: ValidStream) -> list[Vector]:
         *make_loss_vectors(parent),
         *make_order_vectors(parent),
         *_make_junk_vectors(parent),
-        *make_recovery_rules(parent),
+        *make_recovery_vectors(parent),
     ]
 
 
@@ -95,11 +95,11 @@ def make_flip_vectors(parent: ValidStream, chunk_index: int, name: str) -> list[
     """Return two streams: one with a flipped bit in the header of a chunk, one in its payload."""
     vectors, kind = [], parent.stream.chunks[chunk_index].kind.decode()
     length = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
-    header, payload = (
+    header_byte, payload_byte = (
         hash_numbers(chunk_index, 1) % 20,
         20 + hash_numbers(chunk_index, 2) % (length - 20),
     )
-    for part, byte_index in (("header", header), ("payload", payload)):
+    for part, byte_index in (("header", header_byte), ("payload", payload_byte)):
         reject_ids = (
             ("payload-crc",)
             if byte_index >= 20

@@ -3,7 +3,7 @@
 from math import sqrt
 from typing import Any
 
-from making.scenes import draw_between
+from making.scenes import pick_between
 
 
 def make_scenes() -> dict[str, Any]:
@@ -30,17 +30,17 @@ def _make_gaussians(count: int, seed: int) -> list[dict[str, list[float]]]:
 
 
 def _make_gaussian(seed: int, number: int) -> dict[str, list[float]]:
-    def draw(size: int, field_number: int, limit: float) -> list[float]:
-        numbers = (draw_between(-1000, 1000, seed, number, field_number, k) for k in range(size))
+    def make_numbers(size: int, field_number: int, limit: float) -> list[float]:
+        numbers = (pick_between(-1000, 1000, seed, number, field_number, k) for k in range(size))
         return [round(value * limit / 1000, 6) for value in numbers]
 
-    quaternion = draw(4, 2, 1.0)
+    quaternion = make_numbers(4, 2, 1.0)
     length = sqrt(sum(v * v for v in quaternion)) or 1.0
     return {
-        "position": draw(3, 1, 0.5),
+        "position": make_numbers(3, 1, 0.5),
         "rotation": [v / length for v in quaternion],
-        "log_scales": [v - 3 for v in draw(3, 3, 1.0)],
-        "opacity": draw(1, 4, 3.0),
-        "sh_dc": draw(3, 5, 1.5),
-        "sh_rest": draw(9, 6, 0.2),
+        "log_scales": [v - 3 for v in make_numbers(3, 3, 1.0)],
+        "opacity": make_numbers(1, 4, 3.0),
+        "sh_dc": make_numbers(3, 5, 1.5),
+        "sh_rest": make_numbers(9, 6, 0.2),
     }

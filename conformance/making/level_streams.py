@@ -152,16 +152,16 @@ def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
     return vectors
 
 
-def _make_zero_splices(parent: ValidStream, data: bytes, zeros: int) -> tuple[Splice, ...]:
+def _make_zero_splices(parent: ValidStream, data: bytes, zero_count: int) -> tuple[Splice, ...]:
     """Return the splices that turn the parent into this stream.
 
     The zeros of the payload are stored as one repeated byte.
     """
     offset = parent.layout.offsets[1]
-    header, data_after = data[offset : offset + 20], data[offset + 20 + zeros :]
+    header, data_after = data[offset : offset + 20], data[offset + 20 + zero_count :]
     parent_tail_size = len(parent.layout.data) - offset
     return (
         Splice(offset, 0, header),
-        Splice(offset, 0, b"\0", zeros),
+        Splice(offset, 0, b"\0", zero_count),
         Splice(offset, parent_tail_size, data_after),
     )

@@ -25,8 +25,12 @@ def make_loss_vectors(parent: ValidStream) -> list[Vector]:
         "last-frame": ([12], 8, "the last FRAM"),
         "index": ([13], 9, "INDX"),
     }
-    losses = [make_loss_vector(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
-    return [*losses, _drop_both_ends(parent), _reject_two_canonicals(parent)]
+    vectors = [make_loss_vector(parent, f"damaged/lost-{n}", *case) for n, case in cases.items()]
+    return [
+        *vectors,
+        _make_vector_without_both_ends(parent),
+        _make_vector_with_two_rejections(parent),
+    ]
 
 
 def make_loss_vector(
@@ -79,7 +83,7 @@ def make_loss_vector(
     )
 
 
-def _drop_both_ends(parent: ValidStream) -> Vector:
+def _make_vector_without_both_ends(parent: ValidStream) -> Vector:
     """Return a stream without its first CANO and last FRAM; the lost frame count is unknown."""
     layout = _assemble_without(parent, [2, 12])
     offsets = layout.offsets  # of chunks 0, 1, 3 to 11, 13, 14
@@ -96,7 +100,7 @@ def _drop_both_ends(parent: ValidStream) -> Vector:
     )
 
 
-def _reject_two_canonicals(parent: ValidStream) -> Vector:
+def _make_vector_with_two_rejections(parent: ValidStream) -> Vector:
     """Return a stream with two invalid CANO chunks; recovery fails at the second too."""
     chunks = list(parent.stream.chunks)
     for frame in (3, 6):
@@ -137,7 +141,7 @@ def _list_frames_after(parent: ValidStream, chunk_index: int) -> list:
     return parent.frames[count_frames(parent.stream.chunks[:chunk_index]) :]
 
 
-def _join_chunks(parent: ValidStream, *order: int) -> bytes:
+def _reorder_chunks(parent: ValidStream, *order: int) -> bytes:
     """Return the stream with its chunks in the given order; they keep their sequence numbers."""
     data, offsets = parent.layout.data, parent.layout.offsets
     return data[:8] + b"".join(data[offsets[n] : offsets[n + 1]] for n in order)
@@ -187,7 +191,7 @@ def make_order_vectors(parent: ValidStream) -> list[Vector]:
     }
     vectors = []
     for name, (order, frames_before, recovered_frames, gap, note) in cases.items():
-        data = _join_chunks(parent, *order)
+        data = _reorder_chunks(parent, *order)
         gaps: tuple[Gap, ...] = (gap,)
         if name == "segments":
             offset = offsets[5] + sum(sizes[9:13])

@@ -60,16 +60,16 @@ def _list_camera_faults() -> Iterable[Fault]:
 
 
 def _list_entry_faults() -> Iterable[Fault]:
-    overlong, surrogate = _entry(b"title", b"\xc0\xaf"), _entry(b"title", b"\xed\xa0\x80")
-    valid_entry, with_bad_key = _entry(b"title", b"abc"), _entry(b"\xff", b"")
-    endless_entry, note = b"\1\0\1t" + _MAX_U32, "a value that extends beyond the payload"
+    overlong, surrogate = _pack_entry(b"title", b"\xc0\xaf"), _pack_entry(b"title", b"\xed\xa0\x80")
+    valid_entry, with_bad_key = _pack_entry(b"title", b"abc"), _pack_entry(b"\xff", b"")
+    huge_entry, note = b"\1\0\1t" + _MAX_U32, "a value that extends beyond the payload"
     yield "metadata-overlong", overlong, "field", "5-4", "an overlong UTF-8 sequence"
     yield "metadata-surrogate", surrogate, "field", "5-4", "a surrogate encoded in UTF-8"
     yield "metadata-key", with_bad_key, "field", "5-4", "a key that is not UTF-8"
     yield "metadata-length", valid_entry[:-1], "field", "5-1", note
     yield (
         "metadata-greatest-length",
-        endless_entry,
+        huge_entry,
         "field",
         "5-1 13-1",
         "the stated length of a value is 2^32 - 1 bytes",
@@ -83,5 +83,5 @@ def _list_entry_faults() -> Iterable[Fault]:
     )
 
 
-def _entry(key: bytes, value: bytes) -> bytes:
+def _pack_entry(key: bytes, value: bytes) -> bytes:
     return struct.pack("<HB", 1, len(key)) + key + struct.pack("<I", len(value)) + value

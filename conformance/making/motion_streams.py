@@ -2,7 +2,7 @@
 
 from making.changes import Change
 from making.payloads import Head
-from making.scenes import draw_between, make_cloud, make_moving_symbols, make_newborn
+from making.scenes import make_births, make_cloud, make_moving_symbols, pick_between
 from making.streams import Stream
 from making.vectors import ValidStream, make_valid_stream
 
@@ -75,7 +75,9 @@ def _make_symbol_streams() -> list[ValidStream]:
         0, make_cloud(26, 8)
     )
     for frame in range(1, 5):
-        wide_stream.add_frame(Change(make_moving_symbols(6, frame, anchors_per_moving=1, limit=24)))
+        wide_stream.add_frame(
+            Change(make_moving_symbols(6, frame, anchors_per_moving_anchor=1, limit=24))
+        )
     uneven_stream = Stream(Head(gaussians_per_anchor=4, anchor_ratio=3))
     uneven_stream.add_canonical(0, make_cloud(41, 9, limit=400)).add_frame(
         Change(make_moving_symbols(6, 8))
@@ -106,25 +108,25 @@ def _make_symbol_streams() -> list[ValidStream]:
 def make_births_and_deaths() -> list[ValidStream]:
     """Return streams with births and deaths."""
     births_stream = Stream(Head()).add_canonical(0, make_cloud(8))
-    births_stream.add_frame(Change(births=make_newborn([0, 3, 3, 7], 1))).add_frame(
+    births_stream.add_frame(Change(births=make_births([0, 3, 3, 7], 1))).add_frame(
         Change(make_moving_symbols(6, 4))
     )
-    births_stream.add_frame(Change(births=make_newborn([8, 9, 11], 2))).add_frame(
+    births_stream.add_frame(Change(births=make_births([8, 9, 11], 2))).add_frame(
         Change(make_moving_symbols(6, 5))
     ).finish()
     degree_0_stream = Stream(Head(sh_degree=0)).add_canonical(0, make_cloud(8, degree=0))
     degree_0_stream.add_frame(
-        Change(make_moving_symbols(6, 6), make_newborn([1, 2], 3, 0))
+        Change(make_moving_symbols(6, 6), make_births([1, 2], 3, 0))
     ).add_frame(Change(make_moving_symbols(6, 7))).finish()
     deaths_stream = Stream(Head()).add_canonical(0, make_cloud(14, 3))
     for count in (1, 0, 4, 8):
         deaths_stream.add_frame(Change(make_moving_symbols(6, count), deaths=count))
     churn_stream = Stream(Head(resample_interval=3)).add_canonical(0, make_cloud(10, 4))
     for frame in range(1, 9):
-        parents = [draw_between(0, 7, frame, k) for k in range(frame % 3)]
+        parents = [pick_between(0, 7, frame, k) for k in range(frame % 3)]
         churn_stream.add_frame(
             Change(
-                make_moving_symbols(6, frame), make_newborn(parents, frame), deaths=(frame % 4) // 2
+                make_moving_symbols(6, frame), make_births(parents, frame), deaths=(frame % 4) // 2
             )
         )
     return [

@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 
 MAGIC = bytes.fromhex("895152430D0A1A0A")
 SYNC = bytes.fromhex("9E5143F3")
-EMPTY: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -50,13 +50,13 @@ def make_birth_planes(head: Head, births: Sequence[CodedGaussian]) -> list[Bits]
     codes = _list_code_rows(head, births)
     rotation_rows = list(zip(*(g.rotation for g in births), strict=True)) or [()] * 4
     x, y, z = codes[:3]
-    scale_steps = (x, _subtract(y, x), _subtract(z, y))
+    scale_differences = (x, _subtract(y, x), _subtract(z, y))
     planes = [
         *writing.make_ascending_planes([g.parent for g in births]),
         *writing.make_row_planes(*zip(*(g.position for g in births), strict=True)),
         *writing.make_row_planes(*_code_colors(codes)),
         *writing.make_row_planes(codes[3]),
-        *writing.make_row_planes(*scale_steps),
+        *writing.make_row_planes(*scale_differences),
         *writing.make_fixed_planes(rotation_rows[0], 2),
         *writing.make_row_planes(*rotation_rows[1:]),
     ]

@@ -12,18 +12,18 @@ _FRAME_4_CHUNK, _FRAME_8_CHUNK = 7, 12
 """Indices of the chunks of `streams/journey` that hold frames 4 and 8."""
 
 
-def make_recovery_rules(parent: ValidStream) -> list[Vector]:
+def make_recovery_vectors(parent: ValidStream) -> list[Vector]:
     """Return the vectors of this module, as patches of `streams/journey`."""
     return [
-        *_make_unknown_critical(parent),
-        *_make_frame_before_canonical(parent),
-        *_make_index_rules(parent),
-        *_make_tail_rules(parent),
+        *_make_unknown_critical_vectors(parent),
+        *_make_frame_first_vectors(parent),
+        *_make_index_vectors(parent),
+        *_make_tail_vectors(parent),
         _make_earlier_sequence_vector(parent),
     ]
 
 
-def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
+def _make_unknown_critical_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams with an unknown critical chunk and a second fault."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     offset, reject_ids = offsets[_FRAME_4_CHUNK], ("unknown-critical",)
@@ -37,7 +37,7 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
         recovery = Recovery(frames[:4], reject_ids=reject_ids)
         changed_data = data[:offset] + chunk + data[offset:]
         note = f"a critical chunk of an unknown type {note}"
-        yield _make_rule_vector(
+        yield _make_recovery_vector(
             parent, f"unknown-critical-{name}", "5.2-9", changed_data, outcome, recovery, note
         )
     chunks = [
@@ -48,7 +48,7 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     outcome = Outcome(frames, (*reject_ids, "chunk-order"))
     note = "a critical chunk of an unknown type after INDX"
     recovery = Recovery(frames, reject_ids=reject_ids)
-    yield _make_rule_vector(
+    yield _make_recovery_vector(
         parent, "unknown-critical-behind-index", "5.2-9 5.1-6", chunks, outcome, recovery, note
     )
     out_of_sequence = parent.stream.replace_chunk(
@@ -58,7 +58,7 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     gap = Gap(offset, offsets[9] - offset, ("sequence",), 2)
     recovery = Recovery([*frames[:4], *frames[6:]], (gap,))
     note = "a critical chunk of an unknown type after a lost chunk"
-    yield _make_rule_vector(
+    yield _make_recovery_vector(
         parent,
         "unknown-critical-out-of-sequence",
         "5.2-4 5.2-9",
@@ -69,7 +69,7 @@ def _make_unknown_critical(parent: ValidStream) -> Iterable[Vector]:
     )
 
 
-def _make_frame_before_canonical(parent: ValidStream) -> Iterable[Vector]:
+def _make_frame_first_vectors(parent: ValidStream) -> Iterable[Vector]:
     head, cameras, *later_chunks = parent.stream.chunks
     frame = parent.stream.chunks[_FRAME_4_CHUNK]
     for name, flip_byte, reject_ids, note in (
@@ -82,12 +82,12 @@ def _make_frame_before_canonical(parent: ValidStream) -> Iterable[Vector]:
         recovery = Recovery(parent.frames, (gap,))
         note = f"a FRAM precedes the first CANO{note}"
         outcome = Outcome((), reject_ids)
-        yield _make_rule_vector(
+        yield _make_recovery_vector(
             parent, f"frame-first-{name}", "5.1-3", chunks, outcome, recovery, note
         )
 
 
-def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
+def _make_index_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield a stream with INDX in its middle, and one with a malformed INDX after a gap."""
     stream, frames = parent.stream, parent.frames
     with_index_inside = [*stream.chunks[:5], Chunk(b"INDX", None), *stream.chunks[5:]]
@@ -95,7 +95,7 @@ def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
     recovery = Recovery(frames, (Gap(offset, 0, ("chunk-order",), 0),))
     note = "decoding resumes at a CANO that follows INDX"
     outcome = Outcome(frames[:3], ("chunk-order",))
-    yield _make_rule_vector(
+    yield _make_recovery_vector(
         parent, "canonical-behind-index", "5.1-6", with_index_inside, outcome, recovery, note
     )
     offsets, data = parent.layout.offsets, parent.layout.data
@@ -110,12 +110,12 @@ def _make_index_rules(parent: ValidStream) -> Iterable[Vector]:
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
     note = "after a gap, INDX is not compared with the stream, but its fields are checked"
     outcome = Outcome(frames[:2], ("payload-crc",))
-    yield _make_rule_vector(
+    yield _make_recovery_vector(
         parent, "index-longer-behind-a-gap", "5-2", chunks, outcome, recovery, note
     )
 
 
-def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
+def _make_tail_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams whose last frame is damaged and whose TAIL is wrong."""
     frames, outcome = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
     chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK, flip_byte=30)
@@ -127,7 +127,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
     offset, tail_offset, end_offset = offsets[_FRAME_8_CHUNK], offsets[TAIL_CHUNK], offsets[-1]
     recovery = Recovery(frames, (Gap(offset, tail_offset - offset, ("payload-crc",), None),))
     note = "TAIL states fewer frames than were decoded, so the number of lost frames is unknown"
-    yield _make_rule_vector(
+    yield _make_recovery_vector(
         parent, "tail-of-fewer-frames", "5.8-1", with_fewer_frames, outcome, recovery, note
     )
     with_longer_tail = [
@@ -139,7 +139,7 @@ def _make_tail_rules(parent: ValidStream) -> Iterable[Vector]:
         Gap(end_offset + 1, 0, ("truncated",), None),
     )
     note = "TAIL has an additional byte, so decoding does not resume there"
-    yield _make_rule_vector(
+    yield _make_recovery_vector(
         parent,
         "tail-longer-behind-a-gap",
         "5-2",
@@ -155,7 +155,7 @@ def _make_earlier_sequence_vector(parent: ValidStream) -> Vector:
     offset, payload = offsets[_FRAME_4_CHUNK], data[offsets[9] + 20 : offsets[10] - 4]
     junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK - 1, payload)
     gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
-    return _make_rule_vector(
+    return _make_recovery_vector(
         parent,
         "junk-old-number",
         "5.2-4",
@@ -166,7 +166,7 @@ def _make_earlier_sequence_vector(parent: ValidStream) -> Vector:
     )
 
 
-def _make_rule_vector(
+def _make_recovery_vector(
     parent: ValidStream,
     name: str,
     clauses: str,

@@ -16,30 +16,30 @@ def hash_numbers(*numbers: int) -> int:
     return value
 
 
-def draw_between(minimum: int, maximum: int, *numbers: int) -> int:
+def pick_between(minimum: int, maximum: int, *numbers: int) -> int:
     """Return a pseudorandom number from `minimum` to `maximum`, derived only from `numbers`."""
     return minimum + hash_numbers(*numbers) % (maximum - minimum + 1)
 
 
 def make_cloud(count: int, seed: int = 0, degree: int = 1, limit: int = 60) -> list[CodedGaussian]:
     """Return pseudorandom Gaussians with coordinates from -`limit` to `limit` position steps."""
-    return [_draw_gaussian(i, seed, degree, limit) for i in range(count)]
+    return [_make_random_gaussian(i, seed, degree, limit) for i in range(count)]
 
 
-def _draw_gaussian(i: int, seed: int, degree: int, limit: int) -> CodedGaussian:
-    position = tuple(draw_between(-limit, limit, seed, i, axis) for axis in range(3))
+def _make_random_gaussian(i: int, seed: int, degree: int, limit: int) -> CodedGaussian:
+    position = tuple(pick_between(-limit, limit, seed, i, axis) for axis in range(3))
     rotation = (
         hash_numbers(seed, i, 3) % 4,
-        *(draw_between(-120, 120, seed, i, 4 + k) for k in range(3)),
+        *(pick_between(-120, 120, seed, i, 4 + k) for k in range(3)),
     )
-    scales = [draw_between(-60, -20, seed, i, 8 + k) for k in range(3)]
-    colors = [draw_between(-50, 50, seed, i, 12 + k) for k in range(3)]
-    sh_rest = [draw_between(-3, 3, seed, i, 16 + k) // 2 for k in range(9 * degree)]
-    codes = (*scales, draw_between(-30, 40, seed, i, 11), *colors, *sh_rest)
+    scales = [pick_between(-60, -20, seed, i, 8 + k) for k in range(3)]
+    colors = [pick_between(-50, 50, seed, i, 12 + k) for k in range(3)]
+    sh_rest = [pick_between(-3, 3, seed, i, 16 + k) // 2 for k in range(9 * degree)]
+    codes = (*scales, pick_between(-30, 40, seed, i, 11), *colors, *sh_rest)
     return CodedGaussian(position, rotation, codes)  # type: ignore[arg-type]
 
 
-def make_newborn(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[CodedGaussian, ...]:
+def make_births(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[CodedGaussian, ...]:
     """Return a pseudorandom birth near each parent, given the indices of the parents."""
     gaussians = make_cloud(len(parents), seed, degree, 6)
     pairs = zip(gaussians, sorted(parents), strict=True)
@@ -50,15 +50,18 @@ def make_newborn(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[Co
 
 
 def make_moving_symbols(
-    channels: int, seed: int, *, anchors_per_moving: int = 2, limit: int = 3
+    channels: int, seed: int, *, anchors_per_moving_anchor: int = 2, limit: int = 3
 ) -> Symbols:
-    """Return symbols of magnitude up to `limit`; about 1 in `anchors_per_moving` anchors moves."""
+    """Return symbols of magnitude up to `limit`.
+
+    About one in `anchors_per_moving_anchor` anchors moves.
+    """
 
     def symbols(level: int, anchor: int) -> Sequence[int] | None:
-        if hash_numbers(seed, level, anchor) % anchors_per_moving:
+        if hash_numbers(seed, level, anchor) % anchors_per_moving_anchor:
             return None
         return [
-            draw_between(-limit, limit, seed, level, anchor, channel) for channel in range(channels)
+            pick_between(-limit, limit, seed, level, anchor, channel) for channel in range(channels)
         ]
 
     return symbols

@@ -34,14 +34,16 @@ def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
     }
     for name, (offset, note) in wrong_offsets.items():
         chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=pack_tail(count, 3, offset))
-        yield _make_wrong_index(parent, f"seek-to-{name}", "11.2-2", chunks, "tail-mismatch", note)
+        yield _make_wrong_index_vector(
+            parent, f"seek-to-{name}", "11.2-2", chunks, "tail-mismatch", note
+        )
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     layout, chunks = parent.layout, parent.stream.chunks
     count = len(parent.frames)
     with_chunk_between = [*chunks[:TAIL_CHUNK], Chunk(b"note", pack_metadata()), chunks[TAIL_CHUNK]]
-    yield _make_wrong_index(
+    yield _make_wrong_index_vector(
         parent,
         "seek-index-apart",
         "11.2-2",
@@ -55,19 +57,19 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
         replace(chunks[TAIL_CHUNK], sequence=TAIL_CHUNK),
     ]
     note = "INDX has the sequence number before TAIL's, but does not end where TAIL begins"
-    yield _make_wrong_index(
+    yield _make_wrong_index_vector(
         parent, "seek-index-early", "11.2-2", with_early_index, "chunk-order", note
     )
     with_fewer_canonicals = parent.stream.replace_chunk(
         TAIL_CHUNK, payload=pack_tail(count, 2, layout.offsets[INDX_CHUNK])
     )
     note = "canonical_count is less than the number of seek points in INDX"
-    yield _make_wrong_index(
+    yield _make_wrong_index_vector(
         parent, "seek-count", "11.2-3", with_fewer_canonicals, "tail-mismatch", note
     )
 
 
-def _make_wrong_index(
+def _make_wrong_index_vector(
     parent: ValidStream,
     name: str,
     clauses: str,

@@ -11,8 +11,8 @@ from making.payloads import Snapshot, pack_index
 from making.scenes import make_cloud
 from making.snapshot_scenes import (
     REQUIRED_CAPABILITY,
-    draw_survivors,
     make_differences,
+    make_random_survivors,
     make_unchanged_survivors,
 )
 from making.streams import Chunk, assemble
@@ -34,14 +34,14 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
     """
     rows = [*_list_field_faults(parent), *_list_scene_faults(parent), *_list_word_faults(parent)]
     vectors = [
-        *(_make_fault(parent, *row) for row in rows),
+        *(_make_fault_vector(parent, *row) for row in rows),
         *_make_index_faults(parent),
         *_make_damaged_vectors(parent),
-        _make_snapshot_first(parent),
+        _make_snapshot_first_vector(parent),
     ]
     return [
         *(replace(vector, **REQUIRED_CAPABILITY) for vector in vectors),
-        _make_snapshot_without_feature(journey),
+        _make_vector_without_feature(journey),
     ]
 
 
@@ -51,7 +51,7 @@ def _get_snapshot(parent: ValidStream) -> Snapshot:
     return payload
 
 
-def _make_fault(
+def _make_fault_vector(
     parent: ValidStream, name: str, clauses: str, reject_ids: str, chunks: list[Chunk], note: str
 ) -> Vector:
     """Return a vector with a fault in the snapshot; recovery resumes at the next snapshot."""
@@ -174,7 +174,9 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         with_wrong_rotation,
         "a rotation component above 1",
     )
-    other_snapshot, _ = make_snapshot(parent.stream.head, previous, draw_survivors(range(9), 9))
+    other_snapshot, _ = make_snapshot(
+        parent.stream.head, previous, make_random_survivors(range(9), 9)
+    )
     chunks = parent.stream.replace_chunk(
         _SNAP_CHUNK, payload=replace(other_snapshot, state_crc=1).pack()
     )
@@ -301,7 +303,7 @@ def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
         )
 
 
-def _make_snapshot_first(parent: ValidStream) -> Vector:
+def _make_snapshot_first_vector(parent: ValidStream) -> Vector:
     """Return a stream whose first frame is a snapshot."""
     chunks = [p for n, p in enumerate(parent.stream.chunks) if n not in (2, 3, 4)]
     outcome = Outcome((), ("chunk-order",))
@@ -309,7 +311,7 @@ def _make_snapshot_first(parent: ValidStream) -> Vector:
     return make_patched_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
 
 
-def _make_snapshot_without_feature(journey: ValidStream) -> Vector:
+def _make_vector_without_feature(journey: ValidStream) -> Vector:
     chunk_index = next(n for n, chunk in enumerate(journey.stream.chunks) if chunk.kind == b"FRAM")
     snapshot = Snapshot(1, 0, 0, (0, 0, 0), 0, (), ((),) * 6, 0).pack()
     chunks = journey.stream.insert_chunks(Chunk(b"SNAP", snapshot), index=chunk_index)

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.changes import Survivor
 from making.payloads import Head
-from making.scenes import draw_between, fill_fields, hash_numbers
+from making.scenes import fill_fields, hash_numbers, pick_between
 
 FIELDS = {
     "position": range(3),
@@ -28,13 +28,13 @@ def make_differences(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...
     return fill_fields(FIELDS, values_by_field)
 
 
-def draw_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
+def make_random_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
     """Return survivors with pseudorandom differences; rotation indices do not change."""
-    return tuple(_draw_survivor(i, seed) for i in indices)
+    return tuple(_make_random_survivor(i, seed) for i in indices)
 
 
-def _draw_survivor(i: int, seed: int) -> Survivor:
-    rows = [draw_between(-5, 5, seed, i, 2, row) for row in range(14)]
+def _make_random_survivor(i: int, seed: int) -> Survivor:
+    rows = [pick_between(-5, 5, seed, i, 2, row) for row in range(14)]
     rows[3] = 0
     for number, field in enumerate(FIELDS.values()):
         if hash_numbers(seed, i, 3, number) % 2:

@@ -6,22 +6,22 @@ from making.changes import Change, CodedGaussian, Survivor
 from making.payloads import pack_camera, pack_cameras
 from making.scenes import (
     choose_varied_codes,
-    draw_between,
+    make_births,
     make_cloud,
     make_moving_symbols,
-    make_newborn,
+    pick_between,
 )
 from making.snapshot_scenes import (
     FIELDS,
     REQUIRED_CAPABILITY,
-    draw_survivors,
     make_differences,
+    make_random_survivors,
     make_snapshot_head,
     make_unchanged_survivors,
 )
 from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
-from making.update_scenes import draw_updates
+from making.update_scenes import make_random_updates
 from making.vectors import Outcome, ValidStream, make_valid_stream
 
 _SCENE = make_cloud(10, 60, 0, limit=30)
@@ -48,9 +48,11 @@ def make_snapshots_journey() -> ValidStream:
             stream.add_canonical(frame, make_cloud(12, frame, limit=20))
         elif frame in (3, 6, 10):
             survivors = [i for i in range(12) if i % 5 != frame % 5]
-            stream.add_snapshot(draw_survivors(survivors, frame), make_cloud(2, frame, limit=20))
+            stream.add_snapshot(
+                make_random_survivors(survivors, frame), make_cloud(2, frame, limit=20)
+            )
         else:
-            births = make_newborn([1, 4], frame) if frame % 2 else ()
+            births = make_births([1, 4], frame) if frame % 2 else ()
             stream.add_frame(Change(make_moving_symbols(6, frame), births, deaths=frame % 2))
     stream.finish(index=True)
     without_seek = _make_snapshot_stream("journey", "", "", stream)
@@ -83,7 +85,7 @@ def _make_field_streams() -> list[ValidStream]:
         stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(10, 30 + number))
         survivors = []
         for i in range(10):
-            values = [draw_between(-9, 9, i, row) if row in rows else 0 for row in range(14)]
+            values = [pick_between(-9, 9, i, row) if row in rows else 0 for row in range(14)]
             values[3] = 0
             survivors.append(Survivor(i, tuple(values)))
         stream.add_snapshot(survivors)
@@ -127,15 +129,17 @@ def _make_header_streams() -> list[ValidStream]:
         stream = Stream(make_snapshot_head(**fields))
         degree = stream.head.sh_degree
         stream.add_canonical(0, make_cloud(13, 70 + number, degree))
-        updates = draw_updates(13, number) if stream.head.has_updates else ()
+        updates = make_random_updates(13, number) if stream.head.has_updates else ()
         stream.add_frame(
             Change(make_moving_symbols(3 + stream.head.rotation_components, 1), updates=updates)
         )
-        stream.add_snapshot(draw_survivors(range(1, 12), number), make_cloud(2, number, degree))
+        stream.add_snapshot(
+            make_random_survivors(range(1, 12), number), make_cloud(2, number, degree)
+        )
         streams.append(_make_snapshot_stream(name, note, "7.9 8.9", _append_frames(stream, 4)))
     for level in (20, 30, 31):
         stream = Stream(make_snapshot_head(level=level)).add_canonical(0, make_cloud(5, level))
-        stream.add_snapshot(draw_survivors(range(5), level))
+        stream.add_snapshot(make_random_survivors(range(5), level))
         streams.append(
             _make_snapshot_stream(
                 f"level-{level}", f"level {level} in HEAD", "3.2-6", _append_frames(stream)
@@ -161,8 +165,8 @@ def _make_scene_streams() -> list[ValidStream]:
         .add_snapshot(make_unchanged_survivors([6]))
     )
     consecutive_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 84))
-    consecutive_stream.add_snapshot(draw_survivors(range(9), 1)).add_snapshot(
-        draw_survivors(range(2, 9), 2), make_cloud(1, 85)
+    consecutive_stream.add_snapshot(make_random_survivors(range(9), 1)).add_snapshot(
+        make_random_survivors(range(2, 9), 2), make_cloud(1, 85)
     )
     far_stream = Stream(make_snapshot_head(position_step=1)).add_canonical(
         0, [CodedGaussian((-9, 0, 0)), CodedGaussian((9, 1, 1))]
@@ -223,7 +227,9 @@ def _make_scene_streams() -> list[ValidStream]:
 
 def _make_plane_streams() -> list[ValidStream]:
     stated_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 90))
-    stated_stream.add_snapshot(draw_survivors(range(8), 5), make_cloud(2, 91), choose_varied_codes)
+    stated_stream.add_snapshot(
+        make_random_survivors(range(8), 5), make_cloud(2, 91), choose_varied_codes
+    )
     masked_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 92))
     masked_stream.add_snapshot(Survivor(i, field_mask=31 - i) for i in range(9))
     roomy_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(4, 93))
@@ -274,8 +280,10 @@ def make_snapshots_of_canonical() -> Stream:
         .add_canonical(0, _SCENE)
         .add_frame(make_distinct_motion())
     )
-    stream.add_snapshot(draw_survivors(range(0, 10, 2), 1)).add_frame(make_distinct_motion())
-    return stream.add_snapshot(draw_survivors(range(10), 2)).add_frame(make_distinct_motion())
+    stream.add_snapshot(make_random_survivors(range(0, 10, 2), 1)).add_frame(make_distinct_motion())
+    return stream.add_snapshot(make_random_survivors(range(10), 2)).add_frame(
+        make_distinct_motion()
+    )
 
 
 def make_snapshots_that_reset_contexts() -> Stream:
@@ -286,14 +294,14 @@ def make_snapshots_that_reset_contexts() -> Stream:
     for frame in range(1, 4):
         change = Change(
             make_moving_symbols(6, frame),
-            make_newborn([2, 5], frame, 0),
+            make_births([2, 5], frame, 0),
             2,
-            updates=draw_updates(8, frame),
+            updates=make_random_updates(8, frame),
         )
         stream.add_frame(change)
-    stream.add_snapshot(draw_survivors(range(9), 3))
+    stream.add_snapshot(make_random_survivors(range(9), 3))
     return stream.add_frame(
-        Change(make_moving_symbols(6, 3), updates=draw_updates(9, 3))
+        Change(make_moving_symbols(6, 3), updates=make_random_updates(9, 3))
     ).add_frame(make_distinct_motion())
 
 
@@ -322,9 +330,9 @@ def make_equal_positions_in_order() -> Stream:
 def make_ids_after_snapshot() -> Stream:
     """The first Gaussian born after a snapshot of N Gaussians gets id N."""
     stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
-    stream.add_frame(Change(births=make_newborn([1, 2, 3], 1, 0)))
-    stream.add_snapshot(draw_survivors(range(5), 4)).add_frame(
-        Change(births=make_newborn([0, 4], 2, 0))
+    stream.add_frame(Change(births=make_births([1, 2, 3], 1, 0)))
+    stream.add_snapshot(make_random_survivors(range(5), 4)).add_frame(
+        Change(births=make_births([0, 4], 2, 0))
     )
     return stream.add_frame(make_distinct_motion())
 
@@ -366,7 +374,7 @@ def make_sampling_after_snapshot() -> Stream:
         .add_frame(make_distinct_motion())
         .add_frame(make_distinct_motion())
     )
-    stream.add_snapshot(draw_survivors(range(10), 6)).add_frame(
+    stream.add_snapshot(make_random_survivors(range(10), 6)).add_frame(
         Change(make_distinct_symbols())
     ).add_frame(make_distinct_motion())
     return stream

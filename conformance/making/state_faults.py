@@ -15,7 +15,7 @@ from making.fault_rows import (
     replace_frame_fields,
 )
 from making.frames import make_canonical, make_frame
-from making.scenes import make_cloud, make_moving_symbols, make_newborn
+from making.scenes import make_births, make_cloud, make_moving_symbols
 from making.streams import Chunk
 from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 from plain.state import PlainState
@@ -101,7 +101,7 @@ def _replace_frame(parent: ValidStream, change: Change) -> list[Chunk]:
 
 
 def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
-    first, second = make_newborn([0, 5], 40)
+    first, second = make_births([0, 5], 40)
     codes, count = second.codes, len(_get_previous_state(parent).gaussians)
 
     def make_chunks(**fields: Any) -> list[Chunk]:
@@ -235,7 +235,7 @@ def make_motion_faults(parent: ValidStream) -> list[Vector]:
     assert previous is not None
     x_positions = [g.position[0] for g in previous.gaussians]
     newborn_beyond = replace(
-        make_newborn([x_positions.index(max(x_positions))], 1, 0)[0], position=(1, 0, 0)
+        make_births([x_positions.index(max(x_positions))], 1, 0)[0], position=(1, 0, 0)
     )
     vectors = [
         _make_last_frame_fault(parent, name, "7.5-1", Change(_repeat_symbols(symbols)), note)

@@ -4,7 +4,7 @@ from itertools import product
 
 from making.changes import Change, CodedGaussian
 from making.payloads import Head
-from making.scenes import make_cloud, make_moving_symbols, make_newborn
+from making.scenes import make_births, make_cloud, make_moving_symbols
 from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_trap_streams
 from making.vectors import ValidStream
@@ -39,7 +39,7 @@ def make_equally_near_anchors() -> Stream:
     grid = [CodedGaussian(position) for position in product((-1, 0, 1), repeat=3)]
     stream = Stream(Head(sh_degree=0, gaussians_per_anchor=3)).add_canonical(0, grid)
     stream.add_frame(make_distinct_motion()).add_frame(
-        Change(make_moving_symbols(6, 5), make_newborn([0, 13, 26], 1, 0))
+        Change(make_moving_symbols(6, 5), make_births([0, 13, 26], 1, 0))
     )
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())
 
@@ -51,9 +51,7 @@ def make_one_gaussian() -> Stream:
         .add_canonical(0, [CodedGaussian((1, 2, 3))])
         .add_frame(make_distinct_motion())
     )
-    return stream.add_frame(Change(births=make_newborn([0], 3, 0))).add_frame(
-        make_distinct_motion()
-    )
+    return stream.add_frame(Change(births=make_births([0], 3, 0))).add_frame(make_distinct_motion())
 
 
 def make_one_anchor() -> Stream:
@@ -78,7 +76,7 @@ def make_sampling_in_last_frame() -> Stream:
     stream = Stream(Head(resample_interval=4, sh_degree=0)).add_canonical(0, make_cloud(9, 5, 0))
     for frame in range(1, 5):
         stream.add_frame(
-            Change(make_moving_symbols(6, frame), make_newborn([2], frame, 0) if frame > 2 else ())
+            Change(make_moving_symbols(6, frame), make_births([2], frame, 0) if frame > 2 else ())
         )
     return stream.add_frame(make_distinct_motion())
 

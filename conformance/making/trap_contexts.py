@@ -2,7 +2,7 @@
 
 from making.changes import Change, CodedGaussian
 from making.payloads import Head
-from making.scenes import make_cloud, make_moving_symbols, make_newborn
+from making.scenes import make_births, make_cloud, make_moving_symbols
 from making.streams import Stream
 from making.trap_making import make_trap_streams
 from making.vectors import ValidStream
@@ -29,7 +29,7 @@ def make_halved_counts() -> Stream:
     stream = Stream(Head(level_count=1)).add_canonical(0, make_cloud(4, 11))
     for frame in range(2):
         stream.add_frame(
-            Change(make_moving_symbols(6, frame), make_newborn([k % 4 for k in range(470)], frame))
+            Change(make_moving_symbols(6, frame), make_births([k % 4 for k in range(470)], frame))
         )
     return stream
 
@@ -57,11 +57,11 @@ def make_counted_planes_without_words() -> Stream:
 
 def make_counts_reset_by_canonical() -> Stream:
     """A canonical frame resets counts, motion and anchors."""
-    moved = make_moving_symbols(6, 3)
+    symbols = make_moving_symbols(6, 3)
     stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(14, 14))
-    stream.add_frame(Change(moved, make_newborn([1, 2], 1))).add_frame(Change(moved))
-    stream.add_canonical(3, make_cloud(14, 15)).add_frame(Change(moved, make_newborn([1, 2], 2)))
-    return stream.add_frame(Change(moved))
+    stream.add_frame(Change(symbols, make_births([1, 2], 1))).add_frame(Change(symbols))
+    stream.add_canonical(3, make_cloud(14, 15)).add_frame(Change(symbols, make_births([1, 2], 2)))
+    return stream.add_frame(Change(symbols))
 
 
 def make_zero_words() -> Stream:

@@ -2,7 +2,7 @@
 
 from making.changes import Change, CodedGaussian
 from making.payloads import Head
-from making.scenes import make_cloud, make_moving_symbols, make_newborn
+from making.scenes import make_births, make_cloud, make_moving_symbols
 from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.vectors import ValidStream
@@ -76,7 +76,7 @@ def make_newborn_bound_before_motion() -> Stream:
     def far_motion(level: int, _anchor: int) -> list[int] | None:
         return [40, 0, 0, 0, 0, 0] if level == head.level_count else None
 
-    stream.add_frame(Change(far_motion, make_newborn([0, 4, 9], 2, 0)))
+    stream.add_frame(Change(far_motion, make_births([0, 4, 9], 2, 0)))
     return stream.add_frame(Change(far_motion)).add_frame(make_distinct_motion())
 
 
@@ -84,11 +84,9 @@ def make_parents_after_deaths_and_motion() -> Stream:
     """Parent indices are counted after the deaths; parent positions are those after the motion."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
     stream.add_canonical(0, _EQUALLY_OPAQUE_SCENE).add_frame(
-        Change(make_distinct_symbols(), make_newborn([0, 3, 5], 3, 0), deaths=4)
+        Change(make_distinct_symbols(), make_births([0, 3, 5], 3, 0), deaths=4)
     )
-    return stream.add_frame(
-        Change(make_distinct_symbols(), make_newborn([1, 1, 6], 4, 0), deaths=2)
-    )
+    return stream.add_frame(Change(make_distinct_symbols(), make_births([1, 1, 6], 4, 0), deaths=2))
 
 
 def make_equal_births() -> Stream:

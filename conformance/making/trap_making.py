@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from making.changes import Change
-from making.scenes import draw_between
+from making.scenes import pick_between
 from making.streams import Stream
 from making.vectors import ValidStream, make_valid_stream
 
@@ -42,7 +42,7 @@ def make_distinct_symbols(channels: int = 6) -> Callable[[int, int], list[int]]:
     """Return symbols that are different for every anchor."""
 
     def symbols(level: int, anchor: int) -> list[int]:
-        rotation = [draw_between(-2, 2, level, anchor, c) for c in range(channels - 3)]
+        rotation = [pick_between(-2, 2, level, anchor, c) for c in range(channels - 3)]
         return [anchor % 9 - 4, anchor // 9 - 2, level, *rotation]
 
     return symbols

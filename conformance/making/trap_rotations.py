@@ -35,8 +35,8 @@ def make_canceling_residuals() -> Stream:
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     symbols, opposite_symbols = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
     # Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.
-    rounding_sensitive = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
-    stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), rounding_sensitive])
+    rounding_sensitive_gaussian = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
+    stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), rounding_sensitive_gaussian])
     stream.add_frame(Change(lambda level, _anchor: symbols if level == 2 else None))
     canceling_change = Change(lambda level, _anchor: symbols if level == 2 else opposite_symbols)
     return stream.add_frame(canceling_change).add_frame(canceling_change)

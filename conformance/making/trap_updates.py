@@ -1,14 +1,14 @@
 """traps/: updates (SPEC 7.8, 8.8)."""
 
 from making.changes import Change, CodedGaussian, Update
-from making.scenes import make_cloud, make_moving_symbols, make_newborn, select_symbols
+from making.scenes import make_births, make_cloud, make_moving_symbols, select_symbols
 from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.update_scenes import (
     REQUIRED_CAPABILITY,
-    draw_updates,
     make_deleting_updates,
     make_equal_updates,
+    make_random_updates,
     make_residuals,
     make_update_head,
 )
@@ -53,8 +53,8 @@ def make_change_contexts_from_motion() -> Stream:
     for frame in range(1, 5):
         stream.add_frame(
             Change(
-                make_moving_symbols(6, frame, anchors_per_moving=3, limit=1),
-                updates=draw_updates(10, frame, updates_per_deletion=99),
+                make_moving_symbols(6, frame, anchors_per_moving_anchor=3, limit=1),
+                updates=make_random_updates(10, frame, updates_per_deletion=99),
             )
         )
     return stream
@@ -93,7 +93,7 @@ def make_updates_before_births() -> Stream:
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, None), Update(1, make_residuals(translation=(5, 5, 5))), Update(4, None))
     return stream.add_frame(
-        Change(make_distinct_symbols(), make_newborn([0, 3, 7], 3, 0), updates=updates)
+        Change(make_distinct_symbols(), make_births([0, 3, 7], 3, 0), updates=updates)
     ).add_frame(make_distinct_motion())
 
 
@@ -120,14 +120,14 @@ def make_deaths_by_updated_opacity() -> Stream:
 def make_updates_of_newborn() -> Stream:
     """New Gaussians have recency 0 in the next frame, which can update them."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
-    stream.add_frame(Change(births=make_newborn([0, 4, 9], 2, 0)))
+    stream.add_frame(Change(births=make_births([0, 4, 9], 2, 0)))
     updates = (
         Update(3, make_residuals(opacity=1)),
         Update(11, make_residuals(opacity=2)),
         Update(12, None),
     )
     return stream.add_frame(Change(make_distinct_symbols(), updates=updates)).add_frame(
-        Change(updates=draw_updates(12, 5))
+        Change(updates=make_random_updates(12, 5))
     )
 
 
@@ -136,7 +136,7 @@ def make_recent_updates_without_fields() -> Stream:
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=(Update(2), Update(5, field_mask=8), Update(7))))
     return stream.add_frame(
-        Change(updates=draw_updates(10, 6, gaussians_per_update=2, updates_per_deletion=99))
+        Change(updates=make_random_updates(10, 6, gaussians_per_update=2, updates_per_deletion=99))
     ).add_frame(make_distinct_motion())
 
 
@@ -146,7 +146,7 @@ def make_maximum_recency() -> Stream:
     stream.add_frame(Change(updates=(Update(1, make_residuals(opacity=1)),)))
     for _ in range(4):
         stream.add_frame(Change(updates=(Update(8, make_residuals(opacity=1)),)))
-    return stream.add_frame(Change(updates=draw_updates(10, 7, updates_per_deletion=99)))
+    return stream.add_frame(Change(updates=make_random_updates(10, 7, updates_per_deletion=99)))
 
 
 def make_deletion_contexts_from_recency() -> Stream:
@@ -154,18 +154,18 @@ def make_deletion_contexts_from_recency() -> Stream:
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(Change(updates=tuple(Update(i, make_residuals(opacity=1)) for i in (0, 2, 4))))
     stream.add_frame(Change(updates=(Update(0, None), Update(1, None), Update(2), Update(3))))
-    return stream.add_frame(Change(updates=draw_updates(8, 8, gaussians_per_update=2)))
+    return stream.add_frame(Change(updates=make_random_updates(8, 8, gaussians_per_update=2)))
 
 
 def make_recency_reset_by_canonical() -> Stream:
     """A canonical frame resets recency and the counts of updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
-        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_deletion=99))
+        Change(updates=make_random_updates(10, 9, gaussians_per_update=2, updates_per_deletion=99))
     )
     stream.add_canonical(2, _SCENE)
     return stream.add_frame(
-        Change(updates=draw_updates(10, 9, gaussians_per_update=2, updates_per_deletion=99))
+        Change(updates=make_random_updates(10, 9, gaussians_per_update=2, updates_per_deletion=99))
     )
 
 
@@ -194,22 +194,22 @@ def make_rotations_on_the_right() -> Stream:
 def make_unchanged_rotations() -> Stream:
     """If X, Y and Z are 0, the rotation stays the same, without being rounded again."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(
-        0, [*make_cloud(5, 92, 0), _ROUNDING_SENSITIVE]
+        0, [*make_cloud(5, 92, 0), _ROUNDING_SENSITIVE_GAUSSIAN]
     )
-    index = _find_rounding_sensitive(stream)
+    index = _find_rounding_sensitive_index(stream)
     stream.add_frame(Change(updates=(Update(index, make_residuals(rotation=(76, -68, -35))),)))
     stream.add_frame(Change(updates=(Update(index, field_mask=2),)))
     return stream.add_frame(Change(updates=(Update(index, make_residuals(translation=(1, 1, 1))),)))
 
 
-def _find_rounding_sensitive(stream: Stream) -> int:
+def _find_rounding_sensitive_index(stream: Stream) -> int:
     state = stream.states[0]
     assert state is not None
     return next(i for i, g in enumerate(state.gaussians) if g.codes[4:7] == [77, 0, 0])
 
 
 # Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.
-_ROUNDING_SENSITIVE = CodedGaussian(
+_ROUNDING_SENSITIVE_GAUSSIAN = CodedGaussian(
     (0, 0, 0), (3, 131, 139, -118), codes=(-40, -40, -40, 5, 77, 0, 0)
 )
 
@@ -237,10 +237,10 @@ def make_deletions_at_sampling() -> Stream:
 def make_ids_after_deletions() -> Stream:
     """The ids of Gaussians that an update deleted are not reused."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
-    stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
+    stream.add_frame(Change(births=make_births([3, 3], 1, 0))).add_frame(
         Change(updates=make_deleting_updates((10, 11)))
     )
-    return stream.add_frame(Change(births=make_newborn([3, 3], 1, 0))).add_frame(
+    return stream.add_frame(Change(births=make_births([3, 3], 1, 0))).add_frame(
         make_distinct_motion()
     )
 
@@ -260,12 +260,12 @@ def make_update_counts_across_frames() -> Stream:
     """Context counts of updates carry over to later frames, even past frames without updates."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     stream.add_frame(
-        Change(updates=draw_updates(10, 11, gaussians_per_update=2, updates_per_deletion=99))
+        Change(updates=make_random_updates(10, 11, gaussians_per_update=2, updates_per_deletion=99))
     ).add_frame()
     single_symbol = select_symbols((1, 0, [1, 0, 0, 0, 0, 0]))
     return stream.add_frame(
         Change(
             single_symbol,
-            updates=draw_updates(10, 12, gaussians_per_update=2, updates_per_deletion=99),
+            updates=make_random_updates(10, 12, gaussians_per_update=2, updates_per_deletion=99),
         )
     )

@@ -6,7 +6,7 @@ from itertools import product
 from math import isqrt
 
 from making.planes import compute_morton_key
-from making.scenes import draw_between, make_cloud
+from making.scenes import make_cloud, pick_between
 from making.unit_coding import make_coding_units, make_state_units
 from making.units import Input, Rejection, Unit
 from plain import oracle
@@ -162,10 +162,10 @@ def _make_rotation_units() -> list[Unit]:
         ({"rotation_bits": bits, "j": j, "abc": abc}, Rejection("rotation-range"))
         for bits, j, abc in too_long_rotations
     ]
-    turn_cases = [
+    rotate_cases = [
         ({"rotation": q, "sums": s}, oracle.rotate(q, s)) for q in rotations for s in sums
     ]
-    zero_cases = [
+    degenerate_cases = [
         ({"rotation": rotations[0], "sums": [0, 0, 0, 0]}, Rejection("degenerate-rotation"))
     ]
     return [
@@ -181,7 +181,7 @@ def _make_rotation_units() -> list[Unit]:
             "turn",
             "a rotation multiplied by residuals, which are given as sums that include L x W",
             "7.5",
-            turn_cases + zero_cases,
+            rotate_cases + degenerate_cases,
         ),
     ]
 
@@ -274,12 +274,12 @@ def _count_anchors(gaussians: int, per_anchor: int, ratio: int, levels: int) -> 
 
 def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
     grid = [list(p) for p in product((-1, 0, 1), repeat=3)]
-    spread_positions = [list(g.position) for g in make_cloud(30, 21, 0, 4000)]
+    scattered_positions = [list(g.position) for g in make_cloud(30, 21, 0, 4000)]
     corners = [[s * 8388607 for s in p] for p in product((-1, 1), repeat=3)]
     tied_positions = [[160 * (i // 16), 0, 0] for i in range(57)]
     cases = [
         (grid, 7, 1, 3, 2, 3),
-        (spread_positions, 1 << 63, 5, 4, 3, 3),
+        (scattered_positions, 1 << 63, 5, 4, 3, 3),
         (corners, 3, 1, 2, 2, 2),
         ([[5, 5, 5]] * 9, 1, 2, 2, 2, 3),
         ([[0, 0, 0]], 0, 1, 1, 2, 3),
@@ -289,7 +289,7 @@ def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
     for positions, seed, phase, per_anchor, ratio, levels in cases:
         ids = (
             [2 * i for i in range(len(positions))]
-            if positions is spread_positions
+            if positions is scattered_positions
             else list(range(len(positions)))
         )
         counts = _count_anchors(len(ids), per_anchor, ratio, levels)
@@ -317,14 +317,14 @@ def _list_bind_inputs() -> list[tuple[list[list[int]], list[list[int]]]]:
     grid = [list(point) for point in product((-1, 0, 1), repeat=3)]
     far_positions = [[-8388607, 0, 0], [8388607, 8388607, 8388607], [0, 0, 0]]
     far_anchors = [[8388606, 3, 0], [8388606, 2, 1], [8388606, 0, 2], [8388606, 1, 1]]
-    spread_positions = [list(gaussian.position) for gaussian in make_cloud(40, 22, 0, 900)]
+    scattered_positions = [list(gaussian.position) for gaussian in make_cloud(40, 22, 0, 900)]
     return [
         (grid, grid[::2]),
         (grid, [[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]]),
         (far_positions, far_anchors),
-        (spread_positions, spread_positions[::3]),
+        (scattered_positions, scattered_positions[::3]),
         ([[5, 5, 5]] * 3, [[9, 9, 9], [5, 5, 5], [5, 5, 5]]),
-        (spread_positions[:4], [[7, 7, 7]]),
+        (scattered_positions[:4], [[7, 7, 7]]),
     ]
 
 
@@ -334,5 +334,5 @@ def _list_death_inputs() -> list[tuple[list[int], int]]:
         ([1, -1, 300, -300, 0, 32767, -32767], 4),
         ([2, 1, 2, 1, 2, 1], 4),
         ([7, 7], 0),
-        ([draw_between(-2, 2, i) for i in range(40)], 17),
+        ([pick_between(-2, 2, i) for i in range(40)], 17),
     ]

@@ -6,7 +6,7 @@ from hashlib import sha256
 from typing import Any
 
 from making.payloads import Head
-from making.scenes import draw_between, hash_numbers, make_cloud
+from making.scenes import hash_numbers, make_cloud, pick_between
 from making.streams import Stream
 from making.units import Input, Rejection, Unit
 from making.writing import (
@@ -44,7 +44,7 @@ _UNSIGNED_INPUTS = (
 _SIGNED_INPUTS = (
     ([0, -1, -6, 3], [0, 0, 0, 1], 4),
     ([32767, -32767, 0, -1], [0] * 4, 4),
-    ([draw_between(-900, 900, k) >> (k % 9) for k in range(60)], _ALTERNATING_CONTEXTS[3], 4),
+    ([pick_between(-900, 900, k) >> (k % 9) for k in range(60)], _ALTERNATING_CONTEXTS[3], 4),
 )
 
 

@@ -18,9 +18,9 @@ from making.fault_rows import (
 from making.frames import make_frame
 from making.lost_chunks import make_loss_vector
 from making.payloads import Frame
-from making.scenes import make_moving_symbols, make_newborn
+from making.scenes import make_births, make_moving_symbols
 from making.streams import Chunk
-from making.update_scenes import draw_updates, make_deleting_updates, make_residuals
+from making.update_scenes import make_deleting_updates, make_random_updates, make_residuals
 from making.vectors import Outcome, Recovery, ValidStream, Vector, make_patched_vector
 from making.word_faults import encode_stated_code
 from plain.state import PlainState
@@ -114,7 +114,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
             chunks,
             f"a rotation residual of {rotation}",
         )
-    chunks = make_chunks(*make_deleting_updates((0, 5)), births=make_newborn([0, count - 2], 40))
+    chunks = make_chunks(*make_deleting_updates((0, 5)), births=make_births([0, count - 2], 40))
     note = "the index of a parent is valid only before updates delete Gaussians"
     yield "updates-parent", "7.6-1 7.8", "parent-range", chunks, note
     frame = parent.stream.payloads[FRAM_ORDINAL]
@@ -130,7 +130,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         chunks = replace_frame_fields(parent, FRAM_ORDINAL, state_crc=crc)
         yield f"updates-{name}", "9.2-1 7.8", "state-crc", chunks, note
     other_frame, _ = make_frame(
-        parent.stream.head, _get_previous_state(parent), Change(updates=draw_updates(12, 99))
+        parent.stream.head, _get_previous_state(parent), Change(updates=make_random_updates(12, 99))
     )
     chunks = replace_frame_fields(parent, FRAM_ORDINAL, updates=other_frame.updates)
     yield (

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from making.changes import Update
 from making.payloads import Head
-from making.scenes import draw_between, fill_fields, hash_numbers
+from making.scenes import fill_fields, hash_numbers, pick_between
 
 FIELDS = {
     "translation": range(3),
@@ -28,18 +28,18 @@ def make_residuals(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
     return fill_fields(FIELDS, values_by_field)
 
 
-def draw_updates(
+def make_random_updates(
     count: int, seed: int, *, gaussians_per_update: int = 3, updates_per_deletion: int = 7
 ) -> tuple[Update, ...]:
     """Return pseudorandom updates of some Gaussians; Gaussian 0 is never deleted."""
     indices = [i for i in range(count) if hash_numbers(seed, i) % gaussians_per_update == 0]
-    return tuple(_draw_update(i, seed, updates_per_deletion) for i in indices)
+    return tuple(_make_random_update(i, seed, updates_per_deletion) for i in indices)
 
 
-def _draw_update(i: int, seed: int, updates_per_deletion: int) -> Update:
+def _make_random_update(i: int, seed: int, updates_per_deletion: int) -> Update:
     if i and hash_numbers(seed, i, 1) % updates_per_deletion == 0:
         return Update(i, None)
-    rows = [draw_between(-5, 5, seed, i, 2, row) for row in range(13)]
+    rows = [pick_between(-5, 5, seed, i, 2, row) for row in range(13)]
     for number, field in enumerate(FIELDS.values()):
         if hash_numbers(seed, i, 3, number) % 2:
             rows[field.start : field.stop] = [0] * len(field)

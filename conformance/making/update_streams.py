@@ -6,18 +6,18 @@ from making.changes import Change, CodedGaussian, Update
 from making.payloads import pack_camera, pack_cameras, pack_metadata
 from making.scenes import (
     choose_varied_codes,
-    draw_between,
+    make_births,
     make_cloud,
     make_moving_symbols,
-    make_newborn,
+    pick_between,
 )
 from making.streams import Stream
 from making.update_scenes import (
     FIELDS,
     REQUIRED_CAPABILITY,
-    draw_updates,
     make_deleting_updates,
     make_equal_updates,
+    make_random_updates,
     make_residuals,
     make_update_head,
 )
@@ -44,17 +44,19 @@ def make_updates_journey() -> ValidStream:
         stream.add_canonical(frame, make_cloud(12, frame, limit=20))
         if frame == 3:
             stream.add_chunk(b"meta", pack_metadata(("title", "before frame 4")))
-        stream.add_frame(Change(make_moving_symbols(7, frame + 1), updates=draw_updates(12, frame)))
+        stream.add_frame(
+            Change(make_moving_symbols(7, frame + 1), updates=make_random_updates(12, frame))
+        )
         gaussian_count = _count_gaussians(stream) - 1
         deleted_count = sum(
-            update.residuals is None for update in draw_updates(gaussian_count, frame + 1)
+            update.residuals is None for update in make_random_updates(gaussian_count, frame + 1)
         )
-        births = make_newborn([2, gaussian_count - deleted_count - 1], frame)
+        births = make_births([2, gaussian_count - deleted_count - 1], frame)
         change = Change(
             make_moving_symbols(7, frame + 2),
             births,
             deaths=1,
-            updates=draw_updates(gaussian_count, frame + 1),
+            updates=make_random_updates(gaussian_count, frame + 1),
         )
         stream.add_frame(change)
     stream.finish(index=True)
@@ -83,7 +85,7 @@ def _append_frames(stream: Stream, frames: int, seed: int) -> Stream:
     """Append `frames` frames with motion and updates, and finish the stream."""
     channels = 3 + stream.head.rotation_components
     for frame in range(1, frames + 1):
-        updates = draw_updates(_count_gaussians(stream), seed + frame)
+        updates = make_random_updates(_count_gaussians(stream), seed + frame)
         stream.add_frame(Change(make_moving_symbols(channels, seed + frame), updates=updates))
     return stream.finish()
 
@@ -94,7 +96,7 @@ def _make_field_streams() -> list[ValidStream]:
         stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 30 + number))
         for frame in range(1, 4):
             random_rows = [
-                [draw_between(-9, 9, frame, i, row) if row in rows else 0 for row in range(13)]
+                [pick_between(-9, 9, frame, i, row) if row in rows else 0 for row in range(13)]
                 for i in range(0, 10, 1 + frame % 2)
             ]
             indices = range(0, 10, 1 + frame % 2)
@@ -105,13 +107,15 @@ def _make_field_streams() -> list[ValidStream]:
                 name, f"updates that change only {name}", "7.8 8.8", stream.finish()
             )
         )
-    all_stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 36))
+    equal_updates_stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 36))
     rows = tuple(range(-6, 7))
-    all_stream.add_frame(
+    equal_updates_stream.add_frame(
         Change(make_moving_symbols(6, 1), updates=make_equal_updates(10, rows))
     ).finish()
     streams.append(
-        _make_update_stream("of-all", "the same update for every Gaussian", "7.8 8.8", all_stream)
+        _make_update_stream(
+            "of-all", "the same update for every Gaussian", "7.8 8.8", equal_updates_stream
+        )
     )
     return streams
 
@@ -133,8 +137,10 @@ def _make_extreme_streams() -> list[ValidStream]:
         ],
     )
     edge_stream.add_frame(Change(updates=(Update(0, make_residuals(translation=(1, -1, 0))),)))
-    codes = [CodedGaussian((i, 0, 0), codes=((-32767, 0, 32767)[i % 3],) * 16) for i in range(4)]
-    extreme_stream = Stream(make_update_head()).add_canonical(0, codes)
+    gaussians = [
+        CodedGaussian((i, 0, 0), codes=((-32767, 0, 32767)[i % 3],) * 16) for i in range(4)
+    ]
+    extreme_stream = Stream(make_update_head()).add_canonical(0, gaussians)
     increase, decrease = (32767,) * 7, (-32767,) * 7
     extreme_stream.add_frame(
         Change(updates=(Update(0, (0,) * 6 + increase), Update(2, (0,) * 6 + decrease)))
@@ -235,11 +241,11 @@ def _make_deletion_streams() -> list[ValidStream]:
     )
     for frame in range(1, 8):
         count = _count_gaussians(mixed_stream) - frame % 2
-        updates = draw_updates(count, 72 + frame, updates_per_deletion=3)
+        updates = make_random_updates(count, 72 + frame, updates_per_deletion=3)
         deleted_count = sum(update.residuals is None for update in updates)
-        parents = [draw_between(0, count - deleted_count - 1, frame, k) for k in range(frame % 4)]
+        parents = [pick_between(0, count - deleted_count - 1, frame, k) for k in range(frame % 4)]
         change = Change(
-            make_moving_symbols(6, frame), make_newborn(parents, frame), frame % 2, updates=updates
+            make_moving_symbols(6, frame), make_births(parents, frame), frame % 2, updates=updates
         )
         mixed_stream.add_frame(change)
     segment_stream = Stream(make_update_head())
@@ -248,7 +254,7 @@ def _make_deletion_streams() -> list[ValidStream]:
         for offset in range(1, 4):
             change = Change(
                 make_moving_symbols(6, frame + offset),
-                updates=draw_updates(_count_gaussians(segment_stream), offset),
+                updates=make_random_updates(_count_gaussians(segment_stream), offset),
             )
             segment_stream.add_frame(change)
     return [
@@ -285,24 +291,26 @@ def _make_plane_streams() -> list[ValidStream]:
         Change(updates=updates_without_change)
     )
     unchanged_stream.add_frame(
-        Change(make_moving_symbols(6, 2), updates=draw_updates(7, 81))
+        Change(make_moving_symbols(6, 2), updates=make_random_updates(7, 81))
     ).finish()
     stated_stream = Stream(make_update_head()).add_canonical(0, make_cloud(9, 82))
     stated_stream.add_frame(
         Change(
-            make_moving_symbols(6, 1), updates=draw_updates(9, 82), choose_code=choose_varied_codes
+            make_moving_symbols(6, 1),
+            updates=make_random_updates(9, 82),
+            choose_code=choose_varied_codes,
         )
     )
     stated_stream.add_frame(
         Change(
             make_moving_symbols(6, 2),
-            updates=draw_updates(_count_gaussians(stated_stream), 3),
+            updates=make_random_updates(_count_gaussians(stated_stream), 3),
             choose_code=choose_varied_codes,
         )
     )
     wide_stream = Stream(make_update_head(translation_step=1)).add_canonical(0, make_cloud(24, 83))
     for frame in range(1, 4):
-        rows = [[draw_between(-(1 << (i % 9)), 1 << (i % 9), frame, i, r) for r in range(13)]
+        rows = [[pick_between(-(1 << (i % 9)), 1 << (i % 9), frame, i, r) for r in range(13)]
                 for i in range(24)]  # fmt: skip
         rows = [[max(-256, min(256, v)) if 3 <= r < 6 else v for r, v in enumerate(row)]
                 for row in rows]  # fmt: skip

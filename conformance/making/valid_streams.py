@@ -5,10 +5,10 @@ from making.motion_streams import make_births_and_deaths, make_motion_streams
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
 from making.scenes import (
     choose_varied_codes,
-    draw_between,
+    make_births,
     make_cloud,
     make_moving_symbols,
-    make_newborn,
+    pick_between,
     select_symbols,
 )
 from making.snapshot_streams import make_snapshot_streams
@@ -31,7 +31,7 @@ def make_journey() -> ValidStream:
         if frame == 6:
             stream.add_chunk(b"note", b"an ancillary chunk of a type that nobody knows")
         stream.add_frame(
-            Change(make_moving_symbols(7, frame + 2), make_newborn([2, 7], frame), deaths=1)
+            Change(make_moving_symbols(7, frame + 2), make_births([2, 7], frame), deaths=1)
         )
     stream.finish(index=True)
     without_seek = make_valid_stream("streams/journey", "", "", stream)
@@ -136,14 +136,14 @@ def _make_header_streams() -> list[ValidStream]:
 
 
 def _make_ordinal_streams() -> list[ValidStream]:
-    late_stream = (
+    last_ordinals_stream = (
         Stream(Head()).add_canonical(4294967294, make_cloud(2)).add_frame().finish(index=True)
     )
-    late_seek = (
-        (4294967295, Outcome([late_stream.list_decoded_frames()[1]])),
-        (1, Outcome(late_stream.list_decoded_frames())),
+    last_ordinals_seek = (
+        (4294967295, Outcome([last_ordinals_stream.list_decoded_frames()[1]])),
+        (1, Outcome(last_ordinals_stream.list_decoded_frames())),
     )
-    two_canonicals = (
+    two_canonicals_stream = (
         Stream(Head())
         .add_canonical(7, make_cloud(4))
         .add_canonical(8, make_cloud(5, 2))
@@ -151,7 +151,7 @@ def _make_ordinal_streams() -> list[ValidStream]:
         .finish(index=True)
     )
     second_seek, sync_word = (
-        ((8, Outcome(two_canonicals.list_decoded_frames()[1:])),),
+        ((8, Outcome(two_canonicals_stream.list_decoded_frames()[1:])),),
         bytes.fromhex("9E5143F3"),
     )
     sync_stream = (
@@ -166,9 +166,13 @@ def _make_ordinal_streams() -> list[ValidStream]:
     )
     return [
         make_valid_stream(
-            "streams/last-ordinals", "ordinals up to 2^32 - 1", "7.4-2", late_stream, seek=late_seek
+            "streams/last-ordinals",
+            "ordinals up to 2^32 - 1",
+            "7.4-2",
+            last_ordinals_stream,
+            seek=last_ordinals_seek,
         ),
-        make_valid_stream(name, note, "7.2-1 11.2-4", two_canonicals, seek=second_seek),
+        make_valid_stream(name, note, "7.2-1 11.2-4", two_canonicals_stream, seek=second_seek),
         make_valid_stream(
             "streams/sync-in-a-payload", "sync words within a payload", "5.2-1", sync_stream
         ),
@@ -219,10 +223,14 @@ def _make_scene_streams() -> list[ValidStream]:
         CodedGaussian((524287,) * 3),
         CodedGaussian((0, 1, 77)),
     ]
-    one_position = [CodedGaussian((-5, 9, 2), codes=make_cloud(4)[i].codes) for i in range(4)]
+    gaussians_at_one_position = [
+        CodedGaussian((-5, 9, 2), codes=make_cloud(4)[i].codes) for i in range(4)
+    ]
     code_rows = [(32767, -32767, 0, 32767, 16384, 0, -16383, *[32767, -32767] * 4, 0), (-1,) * 16]
-    extreme_codes = [CodedGaussian((i, 0, 0), codes=c) for i, c in enumerate(code_rows)]
-    rotated = [CodedGaussian((i, i, 0), (i % 4, *c)) for i, c in enumerate(_ROTATION_COMPONENTS)]
+    extreme_gaussians = [CodedGaussian((i, 0, 0), codes=c) for i, c in enumerate(code_rows)]
+    rotated_gaussians = [
+        CodedGaussian((i, i, 0), (i % 4, *c)) for i, c in enumerate(_ROTATION_COMPONENTS)
+    ]
     return [
         make_valid_stream(
             "streams/sh-degree-0",
@@ -240,7 +248,7 @@ def _make_scene_streams() -> list[ValidStream]:
             "streams/one-place",
             "all Gaussians are at one position, so axis_bits is 0",
             "8.5-1",
-            Stream(Head()).add_canonical(0, one_position).finish(),
+            Stream(Head()).add_canonical(0, gaussians_at_one_position).finish(),
         ),
         make_valid_stream(
             "streams/wide-box",
@@ -252,13 +260,13 @@ def _make_scene_streams() -> list[ValidStream]:
             "streams/extreme-codes",
             "codes of the largest magnitude",
             "7.2-4",
-            Stream(Head()).add_canonical(0, extreme_codes).finish(),
+            Stream(Head()).add_canonical(0, extreme_gaussians).finish(),
         ),
         make_valid_stream(
             "streams/rotations",
             "rotations whose component j is not the largest, and components at their limit",
             "7.2-5 7.2-6",
-            Stream(Head()).add_canonical(0, rotated).finish(),
+            Stream(Head()).add_canonical(0, rotated_gaussians).finish(),
         ),
         make_valid_stream(
             "streams/stated",
@@ -269,7 +277,7 @@ def _make_scene_streams() -> list[ValidStream]:
             .add_frame(
                 Change(
                     make_moving_symbols(6, 3),
-                    make_newborn([1, 2], 4),
+                    make_births([1, 2], 4),
                     choose_code=choose_varied_codes,
                 )
             )
@@ -301,7 +309,7 @@ _ROTATION_COMPONENTS = (
 def _make_sh_rest_scene() -> list[CodedGaussian]:
     gaussians = make_cloud(40, 77)
     sh_rest = [
-        tuple(draw_between(-(1 << (i % 11)), 1 << (i % 11), i, k) for k in range(9))
+        tuple(pick_between(-(1 << (i % 11)), 1 << (i % 11), i, k) for k in range(9))
         for i in range(40)
     ]
     return [

@@ -111,19 +111,19 @@ def make_unsigned_planes(values: Sequence[int], width: int) -> list[Bits]:
 
 def make_signed_planes(values: Sequence[int], width: int = 4) -> list[Bits]:
     """Return the planes that code `values` by Signed (SPEC 8.4)."""
-    sizes = [abs(v) for v in values]
+    magnitudes = [abs(v) for v in values]
     signs = [int(v < 0) for v in values if v]
     return [
-        *make_fixed_planes([v.bit_length() for v in sizes], width),
+        *make_fixed_planes([v.bit_length() for v in magnitudes], width),
         signs,
-        *_make_mantissa_planes(sizes),
+        *_make_mantissa_planes(magnitudes),
     ]
 
 
 def make_ascending_planes(values: Sequence[int], width: int = 6) -> list[Bits]:
     """Return the planes that code `values` by Ascending (SPEC 8.4)."""
-    steps = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
-    return make_unsigned_planes(steps, width)
+    differences = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
+    return make_unsigned_planes(differences, width)
 
 
 def make_row_planes(*values: Sequence[int]) -> list[Bits]:

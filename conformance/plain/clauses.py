@@ -50,7 +50,7 @@ def parse_clauses(spec: str) -> list[Clause]:
     """Return all clauses, after checking that each MUST has an id and each id a MUST."""
     parsed = []
     for section, block in split_blocks(re.sub(r'"MUST(?: NOT)?"', "", spec)):
-        begin, must_token = 0, None
+        text_start, must_token = 0, None
         for token in _TOKEN.finditer(block):
             if token["word"]:
                 assert must_token is None, f"{section}: two MUSTs precede one id: {block}"
@@ -61,12 +61,12 @@ def parse_clauses(spec: str) -> list[Clause]:
             assert not re.search(r"\w[.] [A-Z]", text_between), (
                 f"{section}: {token[0]} is not in the sentence with its MUST"
             )
-            following = block[token.end() : token.end() + 2]
-            assert following.strip() in {"", ".", ";"}, (
+            text_after_id = block[token.end() : token.end() + 2]
+            assert text_after_id.strip() in {"", ".", ";"}, (
                 f"{section}: {token[0]} is not at the end of a sentence"
             )
-            parsed.append(Clause(section, token[2], block[begin : token.start()]))
-            begin, must_token = token.end(), None
+            parsed.append(Clause(section, token[2], block[text_start : token.start()]))
+            text_start, must_token = token.end(), None
         assert must_token is None, f"{section}: no id follows a MUST: {block}"
     return parsed
 
@@ -94,23 +94,23 @@ def check_reject_ids_of_clauses(spec: str) -> None:
 
 def check_links(spec: str) -> None:
     headings = re.findall(r"^#{1,4} (.+)$", spec, re.MULTILINE)
-    anchors = [_heading_anchor(heading) for heading in headings]
+    anchors = [_make_heading_anchor(heading) for heading in headings]
     assert len(set(anchors)) == len(anchors)
     links = re.findall(r"\]\(#([^)]+)\)", spec)
     assert set(links) <= set(anchors), set(links) - set(anchors)
     chapters = re.findall(r"^## (.+)$", spec, re.MULTILINE)
-    assert {_heading_anchor(chapter) for chapter in chapters} <= set(links)
+    assert {_make_heading_anchor(chapter) for chapter in chapters} <= set(links)
 
 
-def _heading_anchor(heading: str) -> str:
+def _make_heading_anchor(heading: str) -> str:
     return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
 
 
 def check_references(spec: str) -> None:
     section_numbers = spec_text.list_section_numbers(spec)
     number_pattern = r"(\d+(?:\.\d+)?(?:(?:, | to | and |, and )\d+(?:\.\d+)?)*)"
-    own_text = re.sub(r"RFC \d+, section \d+", "", spec)
-    references = re.findall(rf"\b[Ss]ections? {number_pattern}", own_text)
+    text_without_rfcs = re.sub(r"RFC \d+, section \d+", "", spec)
+    references = re.findall(rf"\b[Ss]ections? {number_pattern}", text_without_rfcs)
     references += re.findall(r"\((\d+\.\d+)\)", spec)
     unknown = set(re.findall(r"\d+(?:\.\d+)?", " ".join(references))) - section_numbers
     assert not unknown, unknown

@@ -278,16 +278,16 @@ class FrameDecoder:
         if self.has_sh_rest:
             sh_rest = gaussians.read_newborn_sh_rest(section, "births SH rest", count)
         self._close_section(section)
-        existing = list(state.gaussians)
+        existing_gaussians = list(state.gaussians)
         for i, parent in enumerate(parents):
-            assert parent < len(existing), "parent-range"
-            origin = existing[parent].position
+            assert parent < len(existing_gaussians), "parent-range"
+            parent_position = existing_gaussians[parent].position
             codes = [row[i] for row in scales + opacity + sh_dc + sh_rest]
             assert max(map(abs, codes)) <= 32767, "code-range"
             residual = [row[i] for row in position_rows]
             self._record_note(f"newborn {state.next_id}: parent", parent)
             self._record_note(f"newborn {state.next_id}: position residual", residual)
-            child_position = [p + step * r for p, r in zip(origin, residual, strict=True)]
+            child_position = [p + step * r for p, r in zip(parent_position, residual, strict=True)]
             motion = [0] * len(state.gaussians[0].motion)
             state.gaussians.append(
                 PlainGaussian(state.next_id, child_position, rotations[i], codes, motion, 0)

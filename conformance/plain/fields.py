@@ -72,15 +72,15 @@ class FieldReader:
         assert header["header_crc"] == zlib.crc32(self._data[start : self.offset - 4])
         payload_start = self.offset
         kind = header["type"].decode()
-        fields = self._read_table(self._table_name(kind), "")
+        fields = self._read_table(self._get_table_name(kind), "")
         if kind == "HEAD":
             self._has_updates = bool(fields["incompatible_features"] & 2)
         assert self.offset - payload_start == header["length"], kind
-        stored = self._read_number("payload_crc", "u32")
-        assert stored == zlib.crc32(self._data[payload_start : self.offset - 4])
+        stored_crc = self._read_number("payload_crc", "u32")
+        assert stored_crc == zlib.crc32(self._data[payload_start : self.offset - 4])
         return PlainChunk(kind, start, header["sequence"], fields)
 
-    def _table_name(self, kind: str) -> str:
+    def _get_table_name(self, kind: str) -> str:
         return (
             "FRAME_WITH_UPDATES" if kind == "FRAM" and self._has_updates else _PAYLOAD_TABLES[kind]
         )
@@ -118,9 +118,9 @@ class FieldReader:
         return count, match[2]
 
     def _read_number(self, name: str, kind: str) -> Any:
-        layout = _NUMBER_FORMATS[kind]
-        data = self._data[self.offset : self.offset + struct.calcsize(layout)]
-        value = struct.unpack(layout, data)[0]
+        number_format = _NUMBER_FORMATS[kind]
+        data = self._data[self.offset : self.offset + struct.calcsize(number_format)]
+        value = struct.unpack(number_format, data)[0]
         text = f"0x{value:08X}" if name.endswith("crc") or ".words[" in name else f"{value:.9g}"
         self._record_row(data, name, text if kind == "f32" or text[:2] == "0x" else str(value))
         return value

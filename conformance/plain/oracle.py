@@ -7,7 +7,7 @@ from fractions import Fraction
 from math import isqrt
 
 POSITION_OFFSET = 1 << 23
-Q22 = 1 << 22
+ROTATION_ONE = 1 << 22
 
 
 def divide_round(numerator: int, denominator: int) -> int:
@@ -37,7 +37,7 @@ def multiply_quaternions(a: list[int], b: list[int]) -> list[int]:
 def rotate(rotation: list[int], sums: list[int]) -> list[int]:
     """Return a rotation multiplied by the sums of its residuals; both are wxyz (SPEC 7.5)."""
     residual = normalize(sums, 20)
-    product = [divide_round(v, Q22) for v in multiply_quaternions(rotation, residual)]
+    product = [divide_round(v, ROTATION_ONE) for v in multiply_quaternions(rotation, residual)]
     return normalize(product, 8)
 
 

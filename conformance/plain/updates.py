@@ -17,7 +17,7 @@ Changes = dict[int, Vector | None]
 
 
 def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Changes:
-    """Read the updates of a frame from its updates section."""
+    """Return the updates of a frame, read from its updates section."""
     contexts = [4 * _classify_motion(sum(map(abs, g.motion))) + g.recency for g in gaussians]
     bits = section.read_plane("updates, changes", "", contexts)
     changed = [g for g, bit in zip(gaussians, bits, strict=True) if bit]

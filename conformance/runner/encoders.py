@@ -103,7 +103,7 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
 def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
     """Check that the declared level and the level in HEAD are the lowest level that suffices."""
     chunks = [piece for piece, _ in split_chunks(stream)]
-    head = chunks[0][8 + 20 + _LEVEL_OFFSET]
+    head_level = chunks[0][8 + 20 + _LEVEL_OFFSET]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
     births = [
         int.from_bytes(p[9:13], "little")
@@ -119,10 +119,11 @@ def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | No
         (n for n, limits in LEVEL_LIMITS.items() if all(map(int.__le__, used_resources, limits))),
         _UNLIMITED_LEVEL,
     )
-    if not level == head == lowest_level:
+    if not level == head_level == lowest_level:
         return Verdict(
             "level",
-            f"level {level} declared, level {head} in HEAD, but level {lowest_level} suffices",
+            f"level {level} is declared and level {head_level} is in HEAD,"
+            f" but level {lowest_level} suffices",
         )
     return None
 
@@ -132,13 +133,16 @@ def _judge_bounds(scene: Line, bounds: dict[str, float], decoded: list[Line]) ->
     previous: list[dict[str, tuple[float, ...]]] = []
     for number, line in enumerate(decoded):
         gaussians = list(_split_gaussians(line, scene["header"]["sh_degree"]))
-        added = scene["canonical"] if number == 0 else scene["frames"][number - 1].get("births", [])
-        if len(gaussians) != len(previous) + len(added):
+        added_gaussians = (
+            scene["canonical"] if number == 0 else scene["frames"][number - 1].get("births", [])
+        )
+        expected_count = len(previous) + len(added_gaussians)
+        if len(gaussians) != expected_count:
             return Verdict(
                 "missing",
-                f"frame {number} has {len(gaussians)} Gaussians, not {len(previous) + len(added)}",
+                f"frame {number} has {len(gaussians)} Gaussians, expected {expected_count}",
             )
-        fault = _find_unmatched(added, gaussians[len(previous) :], bounds)
+        fault = _find_unmatched(added_gaussians, gaussians[len(previous) :], bounds)
         if number and not fault:
             shift = scene["frames"][number - 1].get("shift", (0.0, 0.0, 0.0))
             fault = _find_wrong_shift(previous, gaussians, shift, bounds["shift"])

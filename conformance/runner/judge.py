@@ -59,7 +59,9 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
                 "wrong", f"frame {printed[0]} was printed instead of frame {expected_row[0]}"
             )
         if printed != expected_row:
-            return Verdict("wrong", f"frame {expected_row[0]} differs from the expected one")
+            return Verdict(
+                "wrong", f"the state of frame {expected_row[0]} differs from the expected state"
+            )
     if len(printed_rows) > len(expected):
         return Verdict(
             "extra", f"frame {printed_rows[len(expected)][0]} was printed but is not expected"

@@ -89,17 +89,17 @@ class Decoder:
         status = self._process.returncode
         if status < 0:
             raise FaultError(
-                self._crash_verdict(), f"ended by signal {-status}: {self.stderr_tail()}"
+                self._classify_crash(), f"ended by signal {-status}: {self.get_stderr_tail()}"
             )
         return status
 
-    def stderr_tail(self) -> str:
+    def get_stderr_tail(self) -> str:
         """Return the last 300 bytes that the decoder wrote to standard error, as one line."""
         return self._errors[-300:].decode(errors="replace").strip().replace("\n", " | ")
 
     def make_crash_fault(self, status: int) -> FaultError:
         """Return the fault of a decoder that ended with this exit status and without a result."""
-        return FaultError(self._crash_verdict(), f"exit status {status}: {self.stderr_tail()}")
+        return FaultError(self._classify_crash(), f"exit status {status}: {self.get_stderr_tail()}")
 
     def kill(self) -> None:
         """Kill the decoder, and close its pipes."""
@@ -125,7 +125,7 @@ class Decoder:
                 f"the decoder used more {'time' if verdict == 'timeout' else verdict} than allowed",
             )
 
-    def _crash_verdict(self) -> str:
+    def _classify_crash(self) -> str:
         stderr = self._errors.lower()
         patterns = (
             b"memoryerror",

@@ -108,8 +108,8 @@ class Report:
 
     def as_junit(self) -> bytes:
         """Return the content of a JUnit file, with one `testcase` element for each case."""
-        failed = sum(not result.passed for result in self.results)
-        totals = {"tests": str(len(self.results)), "failures": str(failed)}
+        failed_count = sum(not result.passed for result in self.results)
+        totals = {"tests": str(len(self.results)), "failures": str(failed_count)}
         suite = ElementTree.Element("testsuite", {"name": "quarc conformance", **totals})
         for result in self.results:
             attributes = {"classname": result.case.category, "name": result.case.name}

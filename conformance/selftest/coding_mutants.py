@@ -6,8 +6,8 @@ _CONTEXTS_FILE = "format/coding/contexts.py"
 _MOTION_FILE = "format/coding/motion_planes.py"
 _GAUSSIANS_FILE = "format/coding/gaussian_planes.py"
 _WEIGHT_CODE = "((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)"
-_OPENED_CODE = "    reader = PlaneReader(section, counts)\n"
-_HALVED_CODE = "updated[0] + updated[1] > COUNT_LIMIT)"
+_READER_CODE = "    reader = PlaneReader(section, counts)\n"
+_HALVING_CODE = "updated[0] + updated[1] > COUNT_LIMIT)"
 
 MUTANTS = (
     make_mutant(
@@ -37,13 +37,13 @@ MUTANTS = (
     make_mutant(
         "counts are never halved",
         _CONTEXTS_FILE,
-        _HALVED_CODE,
+        _HALVING_CODE,
         "updated[0] + updated[1] > 1 << 40)",
     ),
     make_mutant(
         "counts are halved when their sum reaches the limit, before it exceeds it",
         _CONTEXTS_FILE,
-        _HALVED_CODE,
+        _HALVING_CODE,
         "updated[0] + updated[1] >= COUNT_LIMIT)",
     ),
     make_mutant(
@@ -52,10 +52,10 @@ MUTANTS = (
     make_mutant(
         "planes of a section that has no words are not added to the counts",
         _MOTION_FILE,
-        _OPENED_CODE,
+        _READER_CODE,
         "    if not section.words.size:\n"
         "        return [np.zeros(a.previous_motion.shape, np.int64) for a in levels], counts\n"
-        f"{_OPENED_CODE}",
+        f"{_READER_CODE}",
     ),
     make_mutant(
         "the last context class of parents begins at 3 instead of 4",

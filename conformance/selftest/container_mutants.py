@@ -6,7 +6,7 @@ _CONTAINER_FILE = "format/container.py"
 _READER_FILE = "streams/chunk_reader.py"
 _STREAM_FILE = "decoder/stream_decoder.py"
 _WIRE_FILE = "format/wire.py"
-_UNKNOWN_CODE = "if not is_known and not header.is_ancillary:"
+_UNKNOWN_TYPE_CODE = "if not is_known and not header.is_ancillary:"
 
 MUTANTS = (
     make_mutant(
@@ -28,10 +28,13 @@ MUTANTS = (
         "if False:",
     ),
     make_mutant(
-        "unknown critical chunks are accepted", _CONTAINER_FILE, _UNKNOWN_CODE, "if False:"
+        "unknown critical chunks are accepted", _CONTAINER_FILE, _UNKNOWN_TYPE_CODE, "if False:"
     ),
     make_mutant(
-        "unknown ancillary chunks are rejected", _CONTAINER_FILE, _UNKNOWN_CODE, "if not is_known:"
+        "unknown ancillary chunks are rejected",
+        _CONTAINER_FILE,
+        _UNKNOWN_TYPE_CODE,
+        "if not is_known:",
     ),
     make_mutant(
         "unknown compatible features are rejected",

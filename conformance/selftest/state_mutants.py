@@ -9,10 +9,10 @@ _RANGES_FILE = "decoder/ranges.py"
 _DIGEST_FILE = "decoder/digest.py"
 _ROTATION_FILE = "decoder/rotation.py"
 _STREAM_FILE = "decoder/stream_decoder.py"
-_TURNING_CODE = "rotated = np.flatnonzero(np.any(sums, axis=0))"
+_ROTATED_CODE = "rotated = np.flatnonzero(np.any(sums, axis=0))"
 _DEATHS_CODE = 'order = np.argsort(scene.codes[OPACITY.start], kind="stable")'
-_CANONICAL_CODE = "        self._state = decode(chunk, self._seek_target)\n"
-_NORMALIZED_CODE = "_normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)\n"
+_DECODING_CODE = "        self._state = decode(chunk, self._seek_target)\n"
+_NORMALIZING_CODE = "_normalize(rounded, PRODUCT_GUARD_BITS).astype(np.int32)\n"
 
 MUTANTS = (
     make_mutant(
@@ -147,9 +147,9 @@ MUTANTS = (
     make_mutant(
         "a canonical frame does not reset the counts",
         _STREAM_FILE,
-        _CANONICAL_CODE,
+        _DECODING_CODE,
         "        before = self._state\n"
-        f"{_CANONICAL_CODE}"
+        f"{_DECODING_CODE}"
         "        if before is not None:\n"
         "            self._state = replace(self._state, motion_counts=before.motion_counts,"
         " birth_counts=before.birth_counts)\n",
@@ -159,14 +159,14 @@ MUTANTS = (
     make_mutant(
         "rotations are normalized again even if their residuals sum to 0",
         _RECONSTRUCT_FILE,
-        _TURNING_CODE,
+        _ROTATED_CODE,
         "rotated = np.arange(scene.count)",
         only_category="traps",
     ),
     make_mutant(
         "rotation residuals whose only nonzero component is w are ignored",
         _RECONSTRUCT_FILE,
-        _TURNING_CODE,
+        _ROTATED_CODE,
         "rotated = np.flatnonzero(np.any(sums[-3:], axis=0))",
     ),
     make_mutant(
@@ -178,8 +178,8 @@ MUTANTS = (
     make_mutant(
         "rotations with a negative w are negated",
         _ROTATION_FILE,
-        f"    rounded = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZED_CODE}",
-        f"    rounded = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZED_CODE}"
+        f"    rounded = divide_round(product, ROTATION_ONE)\n    return {_NORMALIZING_CODE}",
+        f"    rounded = divide_round(product, ROTATION_ONE)\n    turned = {_NORMALIZING_CODE}"
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
     make_mutant(

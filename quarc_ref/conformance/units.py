@@ -48,8 +48,8 @@ def _make_column(numbers: list[Any]) -> Int64:
 
 
 def _flatten(numbers: Int64 | Int32) -> list[int]:
-    listed: list[int] = numbers.reshape(-1).tolist()
-    return listed
+    flat_numbers: list[int] = numbers.reshape(-1).tolist()
+    return flat_numbers
 
 
 def _compute_crc(**fields: str) -> int:
@@ -164,8 +164,8 @@ def _read_ascending(words: list[int], count: int) -> list[int]:
 
 
 def _dequantize_opacity(code: int, step: str) -> str:
-    stored = np.array([int(step, 16)], dtype="<u4").view("<f4")[0]
-    scene = _make_scene(StreamHeader(sh_degree=0, opacity_step=float(stored)), [0], [[0, 0, 0]])
+    step_value = np.array([int(step, 16)], dtype="<u4").view("<f4")[0]
+    scene = _make_scene(StreamHeader(sh_degree=0, opacity_step=float(step_value)), [0], [[0, 0, 0]])
     scene.codes[OPACITY.start] = code
     return f"{dequantize(scene).opacities.view('<u4')[0]:08x}"
 
