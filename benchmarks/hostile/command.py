@@ -61,14 +61,14 @@ def _parse_arguments() -> argparse.Namespace:
         action="store_true",
         help="judge streams with hostile values and correct CRCs, decoded by both engines",
     )
-    add("--series", type=int, default=0, metavar="S", help="number of a series of mutants")
+    add("--series", type=int, default=0, metavar="S", help="number of the series of mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
     add(
         "--out",
         type=Path,
         default=Path("out/hostile"),
         metavar="DIR",
-        help="folder for results; a run resumes from the results in it",
+        help="folder for results; a run continues with the results that are already there",
     )
     add(
         "--only",

@@ -35,12 +35,12 @@ def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
 def _list_quantization_claims(rows: list[Row]) -> Iterator[Claim]:
     full_method, all_floats = rows[0], rows[-1]
     psnr_loss = _get_psnr(all_floats) - _get_psnr(full_method)
-    yield Claim("PSNR loss by quantization, dB", psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
+    yield Claim("PSNR loss caused by quantization, dB", psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
     size_ratio = full_method["bytes"]["kb_per_frame"] / all_floats["bytes"]["kb_per_frame"]
-    yield Claim("KB per frame, full method / floats", size_ratio, _MAX_SIZE_RATIO_TO_FLOATS)
+    yield Claim("KB per frame, full method / all in floats", size_ratio, _MAX_SIZE_RATIO_TO_FLOATS)
     if len(rows) > 2:
         psnr_loss = _get_psnr(rows[1]) - _get_psnr(full_method)
-        name = "PSNR loss by quantization of motion and births, dB"
+        name = "PSNR loss caused by quantization of motion and births, dB"
         yield Claim(name, psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
 
 
@@ -49,17 +49,17 @@ def _list_gate_claims(rows: list[Row]) -> Iterator[Claim]:
         births = [fmean(row["births"][1:]) for row in (with_gate, without_gate)]
         birth_ratio = births[0] / births[1] if births[1] else None
         label = with_gate["label"]
-        name = f"{label}: births with the gate / births without"
+        name = f"{label}: births with the gate / births without the gate"
         yield Claim(name, birth_ratio, _MAX_GATE_BIRTH_RATIO)
         psnr_loss = _get_psnr(without_gate) - _get_psnr(with_gate)
-        yield Claim(f"{label}: PSNR loss by the gate, dB", psnr_loss, _MAX_GATE_LOSS_DB)
+        yield Claim(f"{label}: PSNR loss caused by the gate, dB", psnr_loss, _MAX_GATE_LOSS_DB)
 
 
 def _list_step_claims(rows: list[Row]) -> Iterator[Claim]:
     default_index = len(rows) // 2
     default = rows[default_index]
     psnr_gain = max(_get_psnr(row) for row in rows[:default_index]) - _get_psnr(default)
-    yield Claim("PSNR gain of a finer step, dB", psnr_gain, _MAX_FINER_STEP_GAIN_DB)
+    yield Claim("PSNR gain of the best finer step, dB", psnr_gain, _MAX_FINER_STEP_GAIN_DB)
     sizes = [row["bytes"]["motion_kb_per_frame"] for row in rows]
     size_ratio = sizes[0] / sizes[default_index]
     name = "motion bytes, finest step / default step"

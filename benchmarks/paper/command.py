@@ -220,7 +220,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         default=Path("out/paper"),
         metavar="DIR",
-        help="folder for results; a run continues with the results that it already contains",
+        help="folder for results; a run continues with the results that are already there",
     )
     add("--preset", choices=sorted(PRESETS), default="main", help="preset of the full method")
     add_set_option(parser)

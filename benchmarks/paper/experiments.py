@@ -109,7 +109,7 @@ def _make_quantization_experiment(base_config: EncoderConfig) -> Experiment:
         Point("all in floats", None, _make_trial(base_config, "float", base_config, "all")),
     )
     remark = (
-        "Floats take 4 bytes per number, without coding. All three trials use the same seed and "
+        "Each float takes 4 bytes and is not entropy-coded. All three trials use the same seed and "
         "schedule."
     )
     return Experiment("quantization", "Quantization", "", points, remark)

@@ -175,7 +175,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         required=True,
         metavar="DIR",
-        help="folder for results; a run resumes from the results in it",
+        help="folder for results; a run continues with the results that are already there",
     )
     add(
         "--real",
@@ -191,7 +191,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=_split_names,
         default=list(DEFAULT_TRACED_NAMES),
         metavar="NAMES",
-        help="ray-traced captures VARIANT[-CAMERAS][-WxH],...; default: "
+        help="comma-separated ray-traced captures VARIANT[-CAMERAS][-WIDTHxHEIGHT]; default: "
         f"{','.join(DEFAULT_TRACED_NAMES)}",
     )
     add(

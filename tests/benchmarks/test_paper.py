@@ -97,7 +97,7 @@ def test_tables_plots_and_page_are_written(output_folder):
     plot_names = {"full.png", "quantization.png", "gate.png", "levels.png"}
 
     assert file_names == {"index.html", "paper.csv", "paper.md", *plot_names}
-    assert "| plane | PSNR loss by quantization, dB |" in (output_folder / "paper.md").read_text()
+    assert "| plane | PSNR loss caused by quantization, dB |" in (output_folder / "paper.md").read_text()
 
 
 def test_csv_has_a_line_for_each_trial_of_each_experiment(output_folder):
@@ -118,7 +118,7 @@ def test_the_page_contains_its_pictures_and_states_the_protocol(output_folder):
 
     assert text.count("data:image/png;base64,") == 4
     assert "cameras held out from training (cam00)" in words
-    assert "change gate: births with the gate / births without" in words
+    assert "change gate: births with the gate / births without the gate" in words
     assert protocol["fingerprint"] in words
     assert protocol["versions"]["torch"] in words
 
