@@ -27,7 +27,7 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import Attributes
 
-Train = Callable[..., Attributes]  # the signature of `train_canonical`
+TrainFunction = Callable[..., Attributes]  # the signature of `train_canonical`
 _SECONDS_KEY = "seconds"
 _ARRAY_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
 

@@ -29,7 +29,7 @@ def measure(folder: Path, config: EncoderConfig, frames: int) -> dict[str, Any]:
     encode(open_capture(folder), sink, EncodeOptions(config, frames, "cpu", timer))
     timed_frame_count = frames - FIRST_TIMED_FRAME
     seconds_by_stage = {
-        stage: timer.timer.seconds.get(stage, 0.0) / timed_frame_count for stage in STAGES
+        stage: timer.stage_timer.seconds.get(stage, 0.0) / timed_frame_count for stage in STAGES
     }
     return {
         "capture": folder.resolve().name,

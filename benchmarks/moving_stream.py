@@ -163,8 +163,8 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
     object_indices = rng.integers(0, 60, count)
     sizes = rng.uniform(0.01, 0.08, 60)[object_indices]
     clusters = rng.uniform(-2, 2, (3, 60))[:, object_indices] + rng.normal(size=(3, count)) * sizes
-    outskirts = directions * np.exp(rng.uniform(np.log(5), np.log(400), count))
-    points_by_kind = np.stack([walls, furniture, clusters, outskirts])
+    surroundings = directions * np.exp(rng.uniform(np.log(5), np.log(400), count))
+    points_by_kind = np.stack([walls, furniture, clusters, surroundings])
     kind_indices = rng.choice(4, count, p=[0.38, 0.3, 0.2, 0.12])
     return points_by_kind[kind_indices, :, np.arange(count)].T
 

@@ -27,17 +27,17 @@ def make_scene(count: int, width: int) -> list[torch.Tensor]:
     """Return random tensors: means, quaternions, log-scales, opacity logits and SH."""
     generator = torch.Generator().manual_seed(0)
 
-    def draw_normal(*shape: int) -> torch.Tensor:
+    def sample_normal(*shape: int) -> torch.Tensor:
         return torch.randn(*shape, generator=generator)
 
-    means = draw_normal(count, 3) * torch.tensor([1.5, 0.9, 0.8]) + torch.tensor([0.0, 0.0, 4.0])
+    means = sample_normal(count, 3) * torch.tensor([1.5, 0.9, 0.8]) + torch.tensor([0.0, 0.0, 4.0])
     mean_log_scale = math.log(_GAUSSIAN_SIGMA_PIXELS * 4.0 / width)
     leaves = [
         means,
-        draw_normal(count, 4),
-        draw_normal(count, 3) * 0.4 + mean_log_scale,
-        draw_normal(count),
-        draw_normal(count, 4, 3) / 4,
+        sample_normal(count, 4),
+        sample_normal(count, 3) * 0.4 + mean_log_scale,
+        sample_normal(count),
+        sample_normal(count, 4, 3) / 4,
     ]
     return [leaf.requires_grad_() for leaf in leaves]
 

@@ -11,17 +11,17 @@ class SteadyTimer:
 
     Attributes:
         canonical_seconds: Training time of frame 0 in seconds.
-        timer: Timer of the stages; it is cleared before the third frame, so its times are those of
-            the third and later frames.
+        stage_timer: Timer of the stages; it is cleared before the third frame, so its times are
+            those of the third and later frames.
     """
 
     def __init__(self) -> None:
         self.canonical_seconds = 0.0
-        self.timer = StageTimer()
+        self.stage_timer = StageTimer()
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
-        self.timer.advance(stage, done, total)
+        self.stage_timer.advance(stage, done, total)
         if stage == "frames" and done == FIRST_TIMED_FRAME:
-            self.canonical_seconds = self.timer.seconds["canonical"]
-            self.timer.seconds.clear()
+            self.canonical_seconds = self.stage_timer.seconds["canonical"]
+            self.stage_timer.seconds.clear()

@@ -107,13 +107,13 @@ def compute_nonzero_share(symbols: list[Int64]) -> float:
 def make_births(state: State, count: int, rng: np.random.Generator) -> Births:
     """Return births near random parents."""
 
-    def draw_laplace(rows: int, scale: float) -> Int64:
+    def sample_laplace(rows: int, scale: float) -> Int64:
         return rng.laplace(0, scale, (rows, count)).astype(np.int64)
 
     rotations = np.concatenate(
-        [rng.integers(0, 4, (1, count)), draw_laplace(3, 30).clip(-128, 128)]
+        [rng.integers(0, 4, (1, count)), sample_laplace(3, 30).clip(-128, 128)]
     )
-    residuals = Gaussians(draw_laplace(3, 12), rotations, draw_laplace(_HEADER.code_planes, 4))
+    residuals = Gaussians(sample_laplace(3, 12), rotations, sample_laplace(_HEADER.code_planes, 4))
     return Births(np.sort(rng.integers(0, state.scene.count, count)), residuals)
 
 

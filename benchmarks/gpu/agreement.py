@@ -13,7 +13,7 @@ import torch
 from torch import Tensor
 
 from gpu.plan import Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.backends import choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
@@ -34,7 +34,7 @@ class _Backend:
     dtype: torch.dtype
 
 
-def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Compare the device's backend with the reference backends on random scenes."""
     del folder
     device_backend = _Backend(
@@ -45,12 +45,12 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         _Backend(TorchRasterizer(), "cpu", torch.float64),
     )
     for count in sizes.random_scene_sizes:
-        notebook.write_progress(f"{count} Gaussians")
+        row_log.write_progress(f"{count} Gaussians")
         device_tensors = _render_scene(device_backend, count)
         for reference in reference_backends:
             if reference.rasterizer.name == "torch" and count > 2000:
                 continue  # torch would take minutes
-            notebook.add(
+            row_log.add(
                 _compare(
                     device_tensors,
                     _render_scene(reference, count),

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from gpu.plan import DRY_RUN_SIZES, REAL_SIZES, STEPS
-from gpu.rows import Notebook, Row, format_table, write_tables
+from gpu.rows import Row, RowLog, format_table, write_tables
 from gpu.run_steps import StepEnvironment, allot_time, make_file_name, run_step
 from gpu.wheels import fetch_wheels, install_missing, locate_packages
 
@@ -56,10 +56,10 @@ def main(arguments: list[str] | None = None) -> int:
 def _run_one_step(name: str, folder: Path, *, is_dry_run: bool) -> int:
     """Run one step in this process."""
     (step,) = (step for step in STEPS if step.name == name)
-    step.load()(
+    step.import_function()(
         DRY_RUN_SIZES if is_dry_run else REAL_SIZES,
         folder,
-        Notebook(folder / make_file_name(step, "jsonl")),
+        RowLog(folder / make_file_name(step, "jsonl")),
     )
     return 0
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from gpu.plan import Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 
 _ROOT = Path(__file__).resolve().parents[2]
 _GPU_MARK = re.compile(r"pytest\.mark\.gpu\b")
@@ -19,7 +19,7 @@ def list_test_files() -> list[Path]:
     return [path for path in tests if _GPU_MARK.search(path.read_text())]
 
 
-def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Run the tests with pytest, and add a row that counts passed, skipped and failed tests."""
     report = folder / "tests.xml"
     command = [sys.executable, "-m", "pytest", "-q", "-m", "gpu", "-p", "no:cacheprovider"]
@@ -30,7 +30,7 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         output = f"{process.stdout[-300:]} {process.stderr[-300:]}"
         message = f"pytest exited with code {process.returncode} and wrote no report: {output}"
         raise RuntimeError(message)
-    notebook.add(summarize_report(report, max_skipped=None if sizes.device == "cpu" else 0))
+    row_log.add(summarize_report(report, max_skipped=None if sizes.device == "cpu" else 0))
 
 
 def summarize_report(report: Path, max_skipped: int | None) -> Row:

@@ -6,7 +6,7 @@ from statistics import mean
 import torch
 
 from gpu.plan import Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 from gpu.scene import load_capture
 from gpu.training import describe_memory, make_config, train
 from quarc_ref.datasets.capture import Capture
@@ -17,21 +17,21 @@ from quarc_ref.rendering.backends import choose_rasterizer
 from quarc_ref.streams import decode
 
 
-def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Train frame 0, decode it, and compare it with the pictures of the training views."""
     config = make_config({"canonical.iterations": sizes.canonical_iterations})
-    training = train(sizes, folder, notebook, config, frames=1)
+    training = train(sizes, folder, row_log, config, frames=1)
     (scene,) = decode(training.stream)
-    seconds = training.timer.timer.seconds["canonical"]
+    seconds = training.timer.stage_timer.seconds["canonical"]
     figures = {"seconds": seconds, "gaussians": float(scene.count)}
     description = (
         f"frame 0: {sizes.canonical_iterations:,} iterations, {scene.count:,} Gaussians at the end"
     )
-    notebook.add(Row("frame 0", description, f"{seconds:.1f} s", figures=figures))
+    row_log.add(Row("frame 0", description, f"{seconds:.1f} s", figures=figures))
     psnr = _measure_psnr(sizes, load_capture(sizes, folder), scene)
     result = f"{psnr:.2f} dB, exposure-corrected"
-    notebook.add(Row("frame 0", "PSNR on training views", result, figures={"psnr": psnr}))
-    notebook.add(describe_memory("frame 0", sizes))
+    row_log.add(Row("frame 0", "PSNR on training views", result, figures={"psnr": psnr}))
+    row_log.add(describe_memory("frame 0", sizes))
 
 
 def _measure_psnr(sizes: Sizes, capture: Capture, scene: Scene) -> float:

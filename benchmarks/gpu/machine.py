@@ -7,10 +7,10 @@ from pathlib import Path
 import torch
 
 from gpu.plan import Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 
 
-def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Add rows for the versions, the processor and the device.
 
     Raises:
@@ -19,14 +19,14 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
     del folder
     processor = platform.processor() or platform.machine()
     software = f"Python {platform.python_version()}, torch {torch.__version__}"
-    notebook.add(Row("machine", "software", software))
-    notebook.add(Row("machine", "processor", f"{processor}, {os.cpu_count()} cores"))
+    row_log.add(Row("machine", "software", software))
+    row_log.add(Row("machine", "processor", f"{processor}, {os.cpu_count()} cores"))
     if sizes.device == "cpu":
-        notebook.add(Row("machine", "device", "CPU: a dry run, whose times are not meaningful"))
+        row_log.add(Row("machine", "device", "CPU: a dry run, whose times are not meaningful"))
         return
     if not torch.cuda.is_available():
         message = "torch finds no CUDA device; use --dry-run to run on the CPU"
         raise RuntimeError(message)
     memory = torch.cuda.get_device_properties(0).total_memory / 2**30
     name = torch.cuda.get_device_name(0)
-    notebook.add(Row("machine", "device", f"{name}, {memory:.0f} GiB", figures={"gib": memory}))
+    row_log.add(Row("machine", "device", f"{name}, {memory:.0f} GiB", figures={"gib": memory}))

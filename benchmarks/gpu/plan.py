@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Protocol
 
-from gpu.rows import Notebook
+from gpu.rows import RowLog
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,13 +41,13 @@ DRY_RUN_SIZES = Sizes("cpu", 48, 36, 3, 200, 3, 10, (20, 60))
 class StepFunction(Protocol):
     """The function that runs a step."""
 
-    def __call__(self, sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+    def __call__(self, sizes: Sizes, folder: Path, row_log: RowLog) -> None:
         """Run the step, and append its rows to a log.
 
         Args:
             sizes: Device, picture size and counts.
             folder: Folder shared by all steps.
-            notebook: File for the rows.
+            row_log: File for the rows.
         """
         ...
 
@@ -68,7 +68,7 @@ class Step:
     module: str
     is_required: bool = False
 
-    def load(self) -> Callable[[Sizes, Path, Notebook], None]:
+    def import_function(self) -> Callable[[Sizes, Path, RowLog], None]:
         """Import the module of the step, and return its function `run`."""
         function: StepFunction = import_module(self.module).run
         return function
@@ -79,6 +79,6 @@ STEPS = (
     Step("backends", 300, "gpu.agreement"),  # gsplat compiles its kernels first
     Step("tests", 90, "gpu.cuda_tests"),
     Step("scene", 120, "gpu.scene"),
-    Step("frame", 150, "gpu.moved_frame"),
+    Step("frame", 150, "gpu.later_frame"),
     Step("frame 0", 420, "gpu.first_frame"),
 )

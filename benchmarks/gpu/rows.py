@@ -30,7 +30,7 @@ class Row:
     figures: dict[str, float] = field(default_factory=dict)
 
 
-class Notebook:
+class RowLog:
     """A file to which a step appends each row at once, so that no row is lost if it is killed."""
 
     def __init__(self, path: Path) -> None:

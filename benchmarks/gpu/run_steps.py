@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gpu.plan import Step
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 
 _PROGRAM = Path(__file__).resolve().parents[1] / "gpu.py"
 _MIN_STEP_SECONDS = 5.0
@@ -41,7 +41,7 @@ def run_step(step: Step, time_limit: float, environment: StepEnvironment, rows: 
         environment: Folder and options of all steps.
         rows: List to which rows are appended, even if the run is interrupted.
     """
-    notebook = Notebook(environment.folder / make_file_name(step, "jsonl"))
+    row_log = RowLog(environment.folder / make_file_name(step, "jsonl"))
     start, failure = time.monotonic(), "interrupted"
     try:
         failure = (
@@ -50,7 +50,7 @@ def run_step(step: Step, time_limit: float, environment: StepEnvironment, rows: 
             else _run_process(step, time_limit, environment)
         )
     finally:
-        step_rows, progress = notebook.read()
+        step_rows, progress = row_log.read()
         rows += [*step_rows, _make_end_row(step, failure, progress, time.monotonic() - start)]
 
 

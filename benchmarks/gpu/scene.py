@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from gpu.plan import Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 from quarc_ref.datasets.capture import Capture, Image, Points, join_points
 from quarc_ref.format.cameras import Camera
 from quarc_ref.synth.options import SynthOptions, make_generator
@@ -20,7 +20,7 @@ _NEAR_FACTOR = 0.95
 _ARRAYS_FILE_NAME = "scene.npz"
 
 
-def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Ray-trace the pictures of the training views, and about one initial point per Gaussian."""
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
@@ -38,7 +38,7 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         nearest[view] = min(nearest[view], traced.min_depth)
 
     for frame in range(FRAME_COUNT):
-        notebook.write_progress(f"{frame} of {FRAME_COUNT} frames")
+        row_log.write_progress(f"{frame} of {FRAME_COUNT} frames")
         with ThreadPoolExecutor(os.cpu_count()) as pool:
             list(pool.map(trace, ((frame, view) for view in range(len(cameras)))))
     generator = make_generator(options.seed, "points")
@@ -56,8 +56,8 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         colors=points.colors,
         nearest=nearest,
     )
-    traced = f"{FRAME_COUNT} frames of {sizes.width} x {sizes.height}, {len(cameras)} views"
-    notebook.add(Row("scene", "traced", traced))
+    summary = f"{FRAME_COUNT} frames of {sizes.width} x {sizes.height}, {len(cameras)} views"
+    row_log.add(Row("scene", "traced", summary))
 
 
 def load_capture(sizes: Sizes, folder: Path) -> Capture:

@@ -7,7 +7,7 @@ from pathlib import Path
 import torch
 
 from gpu.plan import Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 from gpu.scene import load_capture
 from quarc_ref.encoder import EncodeOptions, change_setting, choose_preset, encode
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -17,7 +17,7 @@ _REPORT_INTERVAL = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Training:
+class TrainingResult:
     """A finished encode.
 
     Attributes:
@@ -38,16 +38,16 @@ def make_config(changes: dict[str, object]) -> EncoderConfig:
 
 
 def train(
-    sizes: Sizes, folder: Path, notebook: Notebook, config: EncoderConfig, frames: int
-) -> Training:
+    sizes: Sizes, folder: Path, row_log: RowLog, config: EncoderConfig, frames: int
+) -> TrainingResult:
     """Encode frames of the ray-traced capture, and write the progress to a log."""
-    reporter = _StageReporter(notebook)
+    reporter = _StageReporter(row_log)
     options = EncodeOptions(config, frames, sizes.device, reporter, checks=False)
     sink = io.BytesIO()
     if sizes.device == "cuda":
         torch.cuda.reset_peak_memory_stats()
     encode(load_capture(sizes, folder), sink, options)
-    return Training(sink.getvalue(), reporter.timer)
+    return TrainingResult(sink.getvalue(), reporter.timer)
 
 
 def describe_memory(step: str, sizes: Sizes) -> Row:
@@ -61,14 +61,14 @@ def describe_memory(step: str, sizes: Sizes) -> Row:
 class _StageReporter:
     """Times the stages; every 100 iterations, it waits for the GPU and writes the progress."""
 
-    def __init__(self, notebook: Notebook) -> None:
+    def __init__(self, row_log: RowLog) -> None:
         self.timer = SteadyTimer()
-        self._notebook = notebook
+        self._row_log = row_log
 
     def advance(self, stage: str, done: int, total: int) -> None:
         """See `Progress.advance`."""
         if done % _REPORT_INTERVAL == 0 or done == total:
             if torch.cuda.is_available():
                 torch.cuda.synchronize()
-            self._notebook.write_progress(f"{stage} {done} of {total}")
+            self._row_log.write_progress(f"{stage} {done} of {total}")
         self.timer.advance(stage, done, total)

@@ -46,7 +46,7 @@ class Tally:
     peak_rss_mib: float = 0.0
     failures: dict[int, str] = field(default_factory=dict)
 
-    def count_mutant(self, number: int, mode: str, verdict: judge.Verdict) -> None:
+    def add_verdict(self, number: int, mode: str, verdict: judge.Verdict) -> None:
         """Add the verdict on a mutant."""
         self.outcomes[verdict.outcome] += 1
         self.modes[mode] += 1
@@ -146,7 +146,7 @@ def judge_block(
         on_start(number)
         mutant, mode = series.maker.make(number), series.choose_mode(number)
         verdict = judge.judge(mode, mutant.data, has_forged_crcs=mutant.has_forged_crcs)
-        tally.count_mutant(number, mode, verdict)
+        tally.add_verdict(number, mode, verdict)
         if verdict.is_failure:
             (folder / f"{number}.quarc").write_bytes(mutant.data)
             report = (

@@ -9,7 +9,7 @@ from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format.errors import BitstreamError, LimitError, VerificationError
 from quarc_ref.playback import Player
 
-_End = BitstreamError | LimitError | None
+_FinalError = BitstreamError | LimitError | None
 
 
 def decode_by_both_engines(data: bytes) -> Iterator[str]:
@@ -24,30 +24,31 @@ def decode_by_both_engines(data: bytes) -> Iterator[str]:
         LimitError: The stream exceeds the limits of the decoder.
         EnvironmentVariableError: The fast engine is not installed.
     """
-    (frames, reference_end), (fast_frames, fast_end) = (
+    (digests, reference_error), (fast_digests, fast_error) = (
         _digest_frames(data, engine) for engine in (REFERENCE, FAST)
     )
-    if (frames, _get_comparable_end(reference_end)) != (fast_frames, _get_comparable_end(fast_end)):
+    reference_result = (digests, _get_comparable_part(reference_error))
+    if reference_result != (fast_digests, _get_comparable_part(fast_error)):
         message = (
-            f"the engines differ: the reference engine returns {frames}, {reference_end!r}, "
-            f"and the fast engine {fast_frames}, {fast_end!r}"
+            f"the engines differ: the reference engine returns {digests}, {reference_error!r}, "
+            f"and the fast engine {fast_digests}, {fast_error!r}"
         )
         raise VerificationError(message)
-    yield from frames
-    if reference_end is not None:
-        raise reference_end
+    yield from digests
+    if reference_error is not None:
+        raise reference_error
 
 
-def _get_comparable_end(end: _End) -> int | str | None:
+def _get_comparable_part(error: _FinalError) -> int | str | None:
     """Return the part of the final error that must be the same for both engines.
 
     For a rejection, this is the offset of the rejected chunk. The reject ids of the engines can
     differ if the chunk has several faults.
     """
-    return end.offset if isinstance(end, BitstreamError) else type(end).__name__
+    return error.offset if isinstance(error, BitstreamError) else type(error).__name__
 
 
-def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _End]:
+def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _FinalError]:
     """Return a digest of each frame, including its floats, and the error that ended decoding."""
     digests = []
     with use_engine(engine), Player(data, threads=1) as player:

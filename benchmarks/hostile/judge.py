@@ -117,7 +117,7 @@ def _decode(data: bytes) -> Iterator[object]:
         yield dequantize(scene)
 
 
-def _decode_twice(data: bytes) -> Iterator[object]:
+def _decode_with_cross_check(data: bytes) -> Iterator[object]:
     """Decode with both entropy decoders; a difference between them counts as an escape."""
     with use_bit_decoder(CrossChecker().open):
         yield from decode(data)
@@ -138,7 +138,7 @@ def _inspect(data: bytes) -> Iterator[object]:
 BOTH_ENGINES_MODE = "decode by both engines"
 MODES: dict[str, Callable[[bytes], Iterator[object]]] = {
     "decode": _decode,
-    "decode by both coders": _decode_twice,
+    "decode by both coders": _decode_with_cross_check,
     BOTH_ENGINES_MODE: decode_by_both_engines,
     "from a pipe": lambda data: decode(PipeSource(io.BytesIO(data))),
     "from frame 1": lambda data: decode(data, 1),

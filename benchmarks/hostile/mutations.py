@@ -191,7 +191,7 @@ def _swap_bytes(rng: random.Random, data: bytes, _other: bytes) -> bytes:
     return data[:first] + data[middle:last] + data[first:middle] + data[last:]
 
 
-def _mutate_payload(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
+def _make_payload_mutation(damage: Callable[[random.Random, bytes, bytes], bytes]) -> "Forgery":
     """Return a mutation that applies `damage` to the payload of a random chunk."""
 
     def forge(rng: random.Random, chunks: Chunks, donor_chunks: Chunks) -> Chunks:
@@ -312,8 +312,8 @@ _DAMAGES = (
     _swap_bytes,
 )
 _FORGERIES: tuple[Forgery, ...] = (
-    *map(_mutate_payload, 3 * (_flip, _write_number)),
-    *map(_mutate_payload, (_truncate, _splice, _remove_bytes, _insert_bytes)),
+    *map(_make_payload_mutation, 3 * (_flip, _write_number)),
+    *map(_make_payload_mutation, (_truncate, _splice, _remove_bytes, _insert_bytes)),
     *(8 * (_change_words,)),
     _change_count,
     *(_swap_chunks, _drop_chunk, _repeat_chunk, _copy_donor_chunk, _change_chunk_type),

@@ -28,11 +28,11 @@ def choose_deletions(
         frame: Ordinal of the frame.
         dssim_weight: Weight of D-SSIM in the loss.
     """
-    gains = _predict_gains(context, attributes, frame, dssim_weight)
-    order = torch.argsort(gains, descending=True, stable=True)
-    none_deleted = torch.zeros_like(gains, dtype=torch.bool)
+    loss_decreases = _predict_loss_decreases(context, attributes, frame, dssim_weight)
+    order = torch.argsort(loss_decreases, descending=True, stable=True)
+    none_deleted = torch.zeros_like(loss_decreases, dtype=torch.bool)
     best_mask, lowest_loss = none_deleted, _measure_loss(context, attributes, frame, dssim_weight)
-    count = min(int((gains > 0).sum()), len(gains) - 1)
+    count = min(int((loss_decreases > 0).sum()), len(loss_decreases) - 1)
     while count:
         deletion_mask = none_deleted.clone()
         deletion_mask[order[:count]] = True
@@ -43,7 +43,7 @@ def choose_deletions(
     return best_mask
 
 
-def _predict_gains(
+def _predict_loss_decreases(
     context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> Tensor:
     """Return for each Gaussian by how much deleting it alone should decrease the loss, `[N]`."""

@@ -37,13 +37,13 @@ class FitResult:
 
     Attributes:
         attributes: Attributes of the remaining `K` Gaussians, in floats.
-        alive: `[K]` index of each remaining Gaussian in the start frame.
+        survivors: `[K]` index of each remaining Gaussian in the start frame.
         symbols: Symbols `[c, a]` of each anchor level if the rung moves anchors; None for other
             rungs.
     """
 
     attributes: Attributes
-    alive: Tensor
+    survivors: Tensor
     symbols: list[Int64] | None = None
 
 
@@ -96,7 +96,7 @@ def _fit_free_gaussians(
     context: TrainingContext,
     scene: Scene,
     start_attributes: Attributes,
-    alive_indices: Tensor,
+    survivors: Tensor,
     rung: Rung,
     iterations: int,
     config: EncoderConfig,
@@ -112,8 +112,8 @@ def _fit_free_gaussians(
             deletion_mask = choose_deletions(
                 context, trainer.attributes.detached(), frame, config.motion.lambda_dssim
             )
-            alive_indices = alive_indices[~deletion_mask]
-            trainer.replace_rows(~deletion_mask, start_attributes.rows(alive_indices[:0]))
+            survivors = survivors[~deletion_mask]
+            trainer.replace_rows(~deletion_mask, start_attributes.rows(survivors[:0]))
         decay = cosine_decay(step, iterations, config.motion.lr_end_factor)
         trainer.set_learning_rates([rate * decay for rate in rates])
         view = next(views)
@@ -122,7 +122,7 @@ def _fit_free_gaussians(
         loss = photometric_loss(rendering.image, truth, config.motion.lambda_dssim)
         trainer.step(loss, rendering.means2d)
         context.observers.progress.advance("ladder", step + 1, iterations)
-    return FitResult(trainer.attributes.detached(), alive_indices)
+    return FitResult(trainer.attributes.detached(), survivors)
 
 
 def _choose_learning_rates(

@@ -111,9 +111,9 @@ def _round_updates(moved_state: State, fit: FitResult) -> RoundedResult:
     section = write_updates(update_context(moved_state), updates, moved_state.update_counts)
     updated_scene = apply_updates(moved_state, updates).scene
     codes = updated_scene.codes.copy()
-    alive = fit.alive.cpu().numpy()
+    survivors = fit.survivors.cpu().numpy()
     if codes.shape[0] > SH_REST.start:
-        sh_rest_codes = codes[SH_REST].astype(np.int64) + sh_rest[:, alive]
+        sh_rest_codes = codes[SH_REST].astype(np.int64) + sh_rest[:, survivors]
         codes[SH_REST] = np.clip(sh_rest_codes, -CODE_LIMIT, CODE_LIMIT).astype(np.int16)
     has_sh_rest_change = np.any(sh_rest, axis=0)
     change_counts = _count_changes(updates) | {_SH_REST_NAME: int(has_sh_rest_change.sum())}
@@ -130,19 +130,19 @@ def _round_updates(moved_state: State, fit: FitResult) -> RoundedResult:
 
 def find_updates(moved_state: State, fit: FitResult) -> tuple[Updates, Int64]:
     """Return the rounded updates of a fitted rung, and the rounded changes `[9, N]` of SH rest."""
-    scene, alive = moved_state.scene, fit.alive.cpu().numpy()
-    start = from_splats(dequantize(scene), torch.device("cpu")).rows(fit.alive.cpu())
+    scene, survivors = moved_state.scene, fit.survivors.cpu().numpy()
+    start = from_splats(dequantize(scene), torch.device("cpu")).rows(fit.survivors.cpu())
     all_residuals = _find_all_residuals(start, fit.attributes, scene.header)
     sh_rest = np.zeros((SH_REST.stop - SH_REST.start, scene.count), dtype=np.int64)
     if scene.header.sh_degree:
-        sh_rest[:, alive] = all_residuals[RESIDUAL_ROWS:]
+        sh_rest[:, survivors] = all_residuals[RESIDUAL_ROWS:]
     residuals = np.zeros((RESIDUAL_ROWS, scene.count), dtype=np.int64)
-    residuals[:, alive] = all_residuals[:RESIDUAL_ROWS]
+    residuals[:, survivors] = all_residuals[:RESIDUAL_ROWS]
     residuals[ROTATION] = np.clip(residuals[ROTATION], -ROTATION_UNITY_LIMIT, ROTATION_UNITY_LIMIT)
     codes = scene.codes[: CODES.stop - CODES.start].astype(np.int64)
     residuals[CODES] = np.clip(codes + residuals[CODES], -CODE_LIMIT, CODE_LIMIT) - codes
     is_deleted = np.ones(scene.count, dtype=np.bool_)
-    is_deleted[alive] = False
+    is_deleted[survivors] = False
     indices = np.flatnonzero(is_deleted | np.any(residuals, axis=0))
     return Updates(indices, is_deleted[indices], residuals[:, indices]), sh_rest
 

@@ -62,7 +62,7 @@ class Ladder:
         capture: Capture whose frames are fitted.
         cameras: Cameras of the stream.
         state: The decoded start frame.
-        origin: SHA-256 of the stream that contains the start frame.
+        stream_sha256: SHA-256 of the stream that contains the start frame.
         config: Learning rates and losses.
         folder: Folder for the rows.
     """
@@ -72,14 +72,14 @@ class Ladder:
         capture: Capture,
         cameras: Sequence[Camera],
         state: State,
-        origin: str,
+        stream_sha256: str,
         config: EncoderConfig,
         folder: Path,
     ) -> None:
         self._capture, self._cameras, self._folder = capture, cameras, folder
         self._state, self._config = state, config
         settings = [[name, f"{value}"] for name, value in list_settings(config)]
-        self._origin = [capture.fingerprint, origin, state.scene.frame, settings]
+        self._shared_inputs = [capture.fingerprint, stream_sha256, state.scene.frame, settings]
 
     def load_task_row(self, task: Task) -> Row | None:
         """Return the saved row of a task; None if it is missing or has different inputs."""
@@ -145,5 +145,5 @@ class Ladder:
         """Return a digest of everything that determines the row, except the code."""
         rung = task.rung
         rung_inputs = [sorted(rung.free), rung.uses_canonical_rates, rung.sh_rest_rate_factor]
-        inputs = [*self._origin, rung_inputs, task.ahead, task.iterations]
+        inputs = [*self._shared_inputs, rung_inputs, task.ahead, task.iterations]
         return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()

@@ -66,7 +66,7 @@ class Task:
         """Path of the stream; trials in floats do not write a stream."""
         return self.folder / "streams" / f"{self.trial.name}.quarc"
 
-    def make_canonical_trainer(self, fingerprint: str) -> CanonicalCache:
+    def make_canonical_cache(self, fingerprint: str) -> CanonicalCache:
         """Return the cache that trains or loads frame 0."""
         trial = self.trial
         rounds_canonical = trial.floats != "all"
@@ -112,26 +112,26 @@ def make_row(task: Task) -> None:
 
 def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     sink = io.BytesIO()
-    canonical_trainer = task.make_canonical_trainer(capture.fingerprint)
-    with canonical_trainer.use_in_encode():
+    canonical_cache = task.make_canonical_cache(capture.fingerprint)
+    with canonical_cache.use_in_encode():
         encode(capture, sink, EncodeOptions(task.trial.config, task.frames, task.device, timer))
     data = sink.getvalue()
     write_atomically(task.stream_path, data)
     summary = inspect_stream(data)
     scenes = ((scene.frame, dequantize(scene)) for scene in decode(data))
     quality = measure_quality(scenes, summary.cameras, capture, lpips)
-    seconds = timer.seconds | {"canonical": canonical_trainer.seconds}
+    seconds = timer.seconds | {"canonical": canonical_cache.seconds}
     return _compose_row(task, capture, lpips, summary.frames, len(data), quality, seconds)
 
 
 def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     frames: list[FrameSummary] = []
-    canonical_trainer = task.make_canonical_trainer(capture.fingerprint)
+    canonical_cache = task.make_canonical_cache(capture.fingerprint)
     context = open_training_context(capture, task.device, task.trial.config.seed, timer)
 
     def encode_frames() -> Iterator[tuple[int, Splats]]:
         float_frames = encode_unquantized(
-            capture, task.trial, task.frames, context, canonical_trainer.train
+            capture, task.trial, task.frames, context, canonical_cache.train
         )
         for float_frame in float_frames:
             frames.append(summarize_floats(float_frame, task.trial))
@@ -141,7 +141,7 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
     with fixed_threads():
         quality = measure_quality(encode_frames(), capture.cameras, capture, lpips)
     total_bytes = sum(frame.chunk_bytes for frame in frames)
-    seconds = timer.seconds | {"canonical": canonical_trainer.seconds}
+    seconds = timer.seconds | {"canonical": canonical_cache.seconds}
     return _compose_row(task, capture, lpips, tuple(frames), total_bytes, quality, seconds)
 
 
@@ -162,7 +162,7 @@ def _compose_row(
     metrics = {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT, "psnr_moving": MOVING_VARIANT}
     if lpips is not None:
         metrics["lpips"] = lpips.variant
-    trained_with = choose_rasterizer(choose_device(task.device)).name
+    training_renderer = choose_rasterizer(choose_device(task.device)).name
     return {
         "floats": task.trial.floats,
         "rebinds": task.trial.rebinds,
@@ -176,7 +176,7 @@ def _compose_row(
         "canonical_sha256": frames[0].sha256,
         "seconds": average_stage_seconds(seconds, len(frames)),
         "seed": seed,
-        "renderer": {"training": trained_with, "measuring": protocol["renderer"]},
+        "renderer": {"training": training_renderer, "measuring": protocol["renderer"]},
         "protocol": {**protocol, "metrics": metrics},
         "per_frame": asdict(quality),
     }

@@ -18,7 +18,7 @@ import torch
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from canonical_cache import Train
+from canonical_cache import TrainFunction
 from paper.trials import Trial
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.anchors import Anchors
@@ -73,7 +73,7 @@ def encode_unquantized(
     trial: Trial,
     frames: int,
     context: TrainingContext,
-    train: Train = train_canonical,
+    train: TrainFunction = train_canonical,
 ) -> Iterator[FloatFrame]:
     """Yield the frames of a trial, without rounding the parts given by `trial.floats`.
 
@@ -207,7 +207,7 @@ def open_training_context(
 
 
 def _make_canonical_state(
-    context: TrainingContext, capture: Capture, trial: Trial, train: Train
+    context: TrainingContext, capture: Capture, trial: Trial, train: TrainFunction
 ) -> State:
     config = adapt_steps_to_capture(trial.config, capture)
     header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)

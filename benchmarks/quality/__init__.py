@@ -1,8 +1,8 @@
 """The code of `benchmarks/quality.py`, which runs a study of picture quality.
 
-subjects ──> tasks ──> rows, each in a JSON file (make_row)
-                          │
-                          └──> spreads over seeds ──> tables, CSV, JSON, plot (results)
-                                      │
-                                      └──> differences of two studies (comparison)
+study_captures ──> tasks ──> rows, each in a JSON file (make_row)
+                                │
+                                └──> statistics over seeds ──> tables, CSV, JSON, plot (results)
+                                            │
+                                            └──> differences of two studies (comparison)
 """

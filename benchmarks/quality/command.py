@@ -10,9 +10,9 @@ from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
 from quality.rows import Task, make_row
-from quality.subjects import (
+from quality.study_captures import (
     DEFAULT_TRACED_NAMES,
-    Subject,
+    StudyCapture,
     choose_held_out_sets,
     parse_traced_name,
     trace_if_missing,
@@ -77,10 +77,10 @@ def plan_study(arguments: argparse.Namespace) -> Study:
     """
     config = _make_config(arguments)
     tasks, fingerprints = [], {}
-    for subject in _list_subjects(arguments):
-        capture = open_capture(subject.folder)
-        fingerprints[subject.name] = capture.fingerprint
-        tasks += _list_tasks(arguments, subject, capture, config)
+    for study_capture in _prepare_captures(arguments):
+        capture = open_capture(study_capture.folder)
+        fingerprints[study_capture.name] = capture.fingerprint
+        tasks += _list_tasks(arguments, study_capture, capture, config)
     settings = ", ".join([arguments.preset, *arguments.set])
     return Study(settings, tasks, fingerprints, arguments.out)
 
@@ -117,33 +117,38 @@ def main(command_line: Sequence[str] | None = None) -> int:
     return exit_code
 
 
-def _list_subjects(arguments: argparse.Namespace) -> list[Subject]:
-    subjects = []
+def _prepare_captures(arguments: argparse.Namespace) -> list[StudyCapture]:
+    study_captures = []
     if arguments.real:
         names = [camera.name for camera in open_capture(arguments.real).cameras]
-        subjects.append(Subject("real", arguments.real.resolve(), choose_held_out_sets(names)))
+        study_captures.append(
+            StudyCapture("real", arguments.real.resolve(), choose_held_out_sets(names))
+        )
     if arguments.still:
         first_camera = open_capture(arguments.still).cameras[0].name
-        subjects.append(Subject("still", arguments.still.resolve(), ((first_camera,),)))
+        study_captures.append(StudyCapture("still", arguments.still.resolve(), ((first_camera,),)))
     for name in arguments.variants:
         parse_traced_name(name)  # rejects a malformed name before any capture is traced
     traced_folder = (arguments.captures or arguments.out / "captures").resolve()
-    subjects += [trace_if_missing(name, traced_folder) for name in arguments.variants]
-    if not subjects:
+    study_captures += [trace_if_missing(name, traced_folder) for name in arguments.variants]
+    if not study_captures:
         message = "no capture is given: use --real, --still or --variants"
         raise ValueError(message)
-    return subjects
+    return study_captures
 
 
 def _list_tasks(
-    arguments: argparse.Namespace, subject: Subject, capture: Capture, config: EncoderConfig
+    arguments: argparse.Namespace,
+    study_capture: StudyCapture,
+    capture: Capture,
+    config: EncoderConfig,
 ) -> list[Task]:
     """Return the tasks of a capture; each encodes the requested frames, or all if fewer exist."""
     return [
         Task(
-            subject.name,
+            study_capture.name,
             set_number,
-            subject.folder,
+            study_capture.folder,
             CaptureOptions(arguments.downscale, held_out),
             replace(config, seed=seed),
             min(arguments.frames, capture.frame_count),
@@ -151,7 +156,7 @@ def _list_tasks(
             arguments.lpips,
             arguments.device,
         )
-        for set_number, held_out in enumerate(subject.held_out_sets)
+        for set_number, held_out in enumerate(study_capture.held_out_sets)
         for seed in range(arguments.seeds)
     ]
 

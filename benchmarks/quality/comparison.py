@@ -7,7 +7,7 @@ from typing import Any
 
 from quality.groups import COLUMNS
 from quality.results import RESULTS_FILE
-from quality.spreads import Difference, Spread, average_differences, subtract
+from quality.seed_statistics import Difference, Statistics, average_differences, subtract
 from rate.tables import format_table
 from studies import write_status
 
@@ -53,7 +53,7 @@ def _read_groups(folder: Path) -> Groups:
 def _subtract_groups(group: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:
     """Return the difference of each figure that is in both groups."""
     return {
-        name: subtract(Spread(**figure), Spread(**other["figures"][name]))
+        name: subtract(Statistics(**figure), Statistics(**other["figures"][name]))
         for name, figure in group["figures"].items()
         if name in other["figures"]
     }

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from quality.spreads import Spread, summarize_figures
+from quality.seed_statistics import Statistics, summarize_figures
 from studies import Row
 
 # For each column: heading, name of the figure, format specification.
@@ -53,11 +53,11 @@ class Group:
         """Name for tables and plots."""
         return f"{self.capture}/{self.held_out_set}"
 
-    def compute_spreads(self) -> dict[str, Spread]:
+    def compute_statistics(self) -> dict[str, Statistics]:
         """Return the mean and deviation of each figure over the seeds."""
         return summarize_figures(row["figures"] for row in self.rows)
 
-    def compute_frame_spreads(self) -> list[dict[str, Spread]]:
+    def compute_frame_statistics(self) -> list[dict[str, Statistics]]:
         """Return, for each frame, the statistics over the seeds of each figure of the cameras."""
         return [
             summarize_figures(
@@ -79,7 +79,9 @@ class Group:
             "held_out": self.rows[0]["held_out"],
             "fingerprint": self.rows[0]["protocol"]["fingerprint"],
             "seeds": [row["seed"] for row in self.rows],
-            "figures": {name: spread.as_json() for name, spread in self.compute_spreads().items()},
+            "figures": {
+                name: statistics.as_json() for name, statistics in self.compute_statistics().items()
+            },
         }
 
 

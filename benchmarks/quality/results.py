@@ -6,7 +6,7 @@ from pathlib import Path
 
 from atomic_files import write_atomically
 from quality.groups import COLUMN_NAMES, COLUMNS, Group
-from quality.spreads import Spread
+from quality.seed_statistics import Statistics
 from quarc_ref.evaluation.plots import plot_number_groups
 from rate.tables import format_csv, format_table
 
@@ -53,39 +53,42 @@ def write_results(groups: Sequence[Group], settings: str, folder: Path) -> None:
 
 def format_groups(groups: Sequence[Group]) -> str:
     """Return the table of means and deviations, with a row for each capture and held-out set."""
-    groups_with_spreads = [(group, group.compute_spreads()) for group in groups]
+    groups_with_statistics = [(group, group.compute_statistics()) for group in groups]
     columns = [
         column
         for column in COLUMNS
-        if any(column[1] in spreads for _, spreads in groups_with_spreads)
+        if any(column[1] in statistics_by_name for _, statistics_by_name in groups_with_statistics)
     ]
     header = ["capture/held-out set", "seeds", *(heading for heading, *_ in columns)]
     lines = [
         [
             group.label,
             f"{len(group.rows)}",
-            *(_format_spread(spreads.get(name), format_spec) for _, name, format_spec in columns),
+            *(
+                _format_statistics(statistics_by_name.get(name), format_spec)
+                for _, name, format_spec in columns
+            ),
         ]
-        for group, spreads in groups_with_spreads
+        for group, statistics_by_name in groups_with_statistics
     ]
     return format_table(header, lines)
 
 
-def _format_spread(spread: Spread | None, format_spec: str) -> str:
-    if spread is None:
+def _format_statistics(statistics: Statistics | None, format_spec: str) -> str:
+    if statistics is None:
         return "-"
-    deviation = "" if spread.deviation is None else f" +- {spread.deviation:{format_spec}}"
-    return f"{spread.mean:{format_spec}}{deviation}"
+    deviation = "" if statistics.deviation is None else f" +- {statistics.deviation:{format_spec}}"
+    return f"{statistics.mean:{format_spec}}{deviation}"
 
 
 def _flatten_group(group: Group) -> dict[str, object]:
-    spreads = group.compute_spreads()
+    statistics_by_name = group.compute_statistics()
     figures = group.rows[0]["figures"]
     names = [*COLUMN_NAMES, *(name for name in figures if name not in COLUMN_NAMES)]
     return _identify_group(group) | {
         f"{name}_{part}": value
         for name in names
-        for part, value in _split_spread(spreads.get(name)).items()
+        for part, value in _split_statistics(statistics_by_name.get(name)).items()
     }
 
 
@@ -96,9 +99,9 @@ def _flatten_frames(group: Group) -> list[dict[str, object]]:
         | {
             f"{name}_{part}": value
             for name in _FRAME_FIGURES
-            for part, value in _split_spread(spreads.get(name)).items()
+            for part, value in _split_statistics(statistics_by_name.get(name)).items()
         }
-        for frame, spreads in enumerate(group.compute_frame_spreads())
+        for frame, statistics_by_name in enumerate(group.compute_frame_statistics())
     ]
 
 
@@ -110,10 +113,10 @@ def _identify_group(group: Group) -> dict[str, object]:
     }
 
 
-def _split_spread(spread: Spread | None) -> dict[str, float | None]:
-    if spread is None:
+def _split_statistics(statistics: Statistics | None) -> dict[str, float | None]:
+    if statistics is None:
         return {"mean": None, "deviation": None}
-    return {"mean": spread.mean, "deviation": spread.deviation}
+    return {"mean": statistics.mean, "deviation": statistics.deviation}
 
 
 def _plot_groups(groups: Sequence[Group]) -> bytes:

@@ -20,8 +20,8 @@ from rate.results import Results, write_files
 from rate.rows import (
     STILL_FORMATS,
     Row,
+    list_compressor_rows,
     list_fourdgs_rows,
-    list_generic_rows,
     list_own_rows,
     make_still_row,
 )
@@ -43,7 +43,7 @@ def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> No
     }
     fourdgs_rows = list_fourdgs_rows(stream)
     results.add(
-        stream, [*own_rows, *list_generic_rows(stream), *still_rows.values(), *fourdgs_rows]
+        stream, [*own_rows, *list_compressor_rows(stream), *still_rows.values(), *fourdgs_rows]
     )
     claims = list_motion_claims(stream.summary)
     for format_name, row in still_rows.items():

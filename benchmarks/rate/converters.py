@@ -24,7 +24,7 @@ class UnavailableError(Exception):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class ConvertedScene:
+class RoundTripScene:
     """A scene that was converted to another format and back.
 
     Attributes:
@@ -38,7 +38,7 @@ class ConvertedScene:
     splats: Splats
 
 
-def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedScene:
+def convert_and_restore(splats: Splats, format_name: str, folder: Path) -> RoundTripScene:
     """Convert a scene to another format and back.
 
     Args:
@@ -59,7 +59,7 @@ def convert_scene(splats: Splats, format_name: str, folder: Path) -> ConvertedSc
             _run_program([program, "-q", "-g", "cpu", *paths])
         data = encoded_path.read_bytes()
         label = describe_spz(data) if format_name == "spz" else format_name.upper()
-        return ConvertedScene(len(data), label, parse_ply(decoded_path.read_bytes()))
+        return RoundTripScene(len(data), label, parse_ply(decoded_path.read_bytes()))
 
 
 def install_splat_transform(folder: Path) -> Path:

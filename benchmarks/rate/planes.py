@@ -61,7 +61,7 @@ def read_symbols(data: bytes) -> Iterator[FrameSymbols]:
         yield FrameSymbols(gaussians, state.symbols, state.births)
 
 
-def pack_planes(rows: Iterable[Int64]) -> bytes:
+def pack_rows(rows: Iterable[Int64]) -> bytes:
     """Return the bytes of the rows; each row uses the narrowest signed type that can hold it."""
     return b"".join(_convert_to_narrowest_type(row).tobytes() for row in rows)
 
@@ -70,12 +70,12 @@ def pack_frame(frame: FrameSymbols) -> dict[Kind, bytes]:
     """Return the blocks of a frame by kind; empty blocks are left out."""
     blocks = {}
     if frame.canonical is not None:
-        blocks["canonical"] = pack_planes(_list_rows(frame.canonical))
+        blocks["canonical"] = pack_rows(_list_rows(frame.canonical))
     if frame.motion:
-        blocks["motion"] = pack_planes(np.concatenate(frame.motion, axis=1))
+        blocks["motion"] = pack_rows(np.concatenate(frame.motion, axis=1))
     if frame.births is not None and frame.births.newborn.count:
         rows = [np.diff(frame.births.parents, prepend=0), *_list_rows(frame.births.newborn)]
-        blocks["births"] = pack_planes(rows)
+        blocks["births"] = pack_rows(rows)
     return blocks
 
 

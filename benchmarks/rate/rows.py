@@ -9,7 +9,7 @@ from quarc_ref.decoder import dequantize
 from quarc_ref.inspection.stream_summary import KINDS
 from quarc_ref.streams import decode
 from rate import keyframe_deltas
-from rate.converters import UnavailableError, convert_scene
+from rate.converters import UnavailableError, convert_and_restore
 from rate.measure import MeasuredStream, measure_first_frame_psnr
 from rate.planes import COMPRESSORS, read_symbols, sum_compressed_bytes, sum_float_bytes
 
@@ -71,7 +71,7 @@ def list_own_rows(stream: MeasuredStream) -> list[Row]:
     return [file_row, _add_total(replace(blank_row, coder=ESTIMATE, **estimate_bytes))]
 
 
-def list_generic_rows(stream: MeasuredStream) -> list[Row]:
+def list_compressor_rows(stream: MeasuredStream) -> list[Row]:
     """Return the rows of the same symbols in general-purpose compressors and as raw floats."""
     frames, blank_row = list(read_symbols(stream.data)), _make_blank_row(stream)
     rows = []
@@ -91,14 +91,14 @@ def make_still_row(stream: MeasuredStream, format_name: str, folder: Path) -> Ro
     blank_row = replace(_make_blank_row(stream), coder=STILL_FORMATS[format_name])
     splats = dequantize(next(decode(stream.data)))
     try:
-        converted_scene = convert_scene(splats, format_name, folder)
+        round_trip_scene = convert_and_restore(splats, format_name, folder)
     except UnavailableError as error:
         return replace(blank_row, remark=_describe_error(error))
-    psnr = measure_first_frame_psnr(converted_scene.splats, stream)
+    psnr = measure_first_frame_psnr(round_trip_scene.splats, stream)
     return replace(
         blank_row,
-        coder=converted_scene.label,
-        canonical=converted_scene.byte_count,
+        coder=round_trip_scene.label,
+        canonical=round_trip_scene.byte_count,
         psnr_first=psnr,
     )
 

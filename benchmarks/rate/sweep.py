@@ -24,10 +24,10 @@ Changes = tuple[tuple[str, str], ...]
 
 _LAMBDA_FACTORS = (0.25, 0.5, 2.0, 4.0)
 _STEP_FACTORS = (0.5, 2.0)
-_ANCHOR_FACTORS = (0.5, 2.0)
+_GAUSSIANS_PER_ANCHOR_FACTORS = (0.5, 2.0)
 
 
-def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
+def list_variations(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     """Yield a label and the changed settings of each variation; the first changes nothing.
 
     The training of frame 0 does not depend on the changed settings.
@@ -44,7 +44,7 @@ def list_changes(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
         yield f"rate-distortion weights x {factor:g}", lambda_changes
     for factor in _STEP_FACTORS:
         yield f"steps x {factor:g}", _change_step(config, factor)
-    for factor in _ANCHOR_FACTORS:
+    for factor in _GAUSSIANS_PER_ANCHOR_FACTORS:
         count = _scale(config.stream.gaussians_per_anchor, factor)
         yield f"{count} Gaussians per anchor", (("stream.gaussians_per_anchor", f"{count}"),)
 
@@ -69,7 +69,7 @@ def measure_sweep(job: Job, folder: Path) -> list[Point]:
     canonical_inputs = [capture.fingerprint, asdict(options), job.make_config().seed]
     points = []
     with CanonicalCache(folder / "canonical", canonical_inputs).use_in_encode():
-        for label, changes in list_changes(job.make_config()):
+        for label, changes in list_variations(job.make_config()):
             stream = measure(replace(job, changes=(*job.changes, *changes)), folder)
             points.append(Point(label, amortize_file(stream.summary) / 1024, fmean(stream.psnr)))
     return points

@@ -12,7 +12,7 @@ def test_frames_are_counted_from_the_third_on():
         steady_timer.advance(stage, step, 2)
 
     assert steady_timer.canonical_seconds > 0
-    assert set(steady_timer.timer.seconds) == {"anchors", "motion", "commit"}
+    assert set(steady_timer.stage_timer.seconds) == {"anchors", "motion", "commit"}
 
 
 def test_the_table_has_a_column_for_every_stage():

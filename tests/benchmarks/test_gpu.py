@@ -13,7 +13,7 @@ from gpu import run_steps
 from gpu.command import main
 from gpu.cuda_tests import list_test_files, summarize_report
 from gpu.plan import STEPS, Step
-from gpu.rows import Notebook, Row, format_table, write_tables
+from gpu.rows import Row, RowLog, format_table, write_tables
 from gpu.run_steps import StepEnvironment, allot_time, run_step
 from gpu.wheels import REQUIREMENTS_PATH, install_missing, read_requirements
 from tests.test_requirements import compare
@@ -103,9 +103,9 @@ def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
 ):
     monkeypatch.setattr(run_steps, "_MIN_STEP_SECONDS", 0)
     saved_row = Row("frame 0", "something", "1")
-    notebook = Notebook(tmp_path / "frame_0.jsonl")
-    notebook.add(saved_row)
-    notebook.write_progress("canonical 3 of 10")
+    row_log = RowLog(tmp_path / "frame_0.jsonl")
+    row_log.add(saved_row)
+    row_log.write_progress("canonical 3 of 10")
     start_time = time.monotonic()
     rows = _run_one("frame 0", tmp_path, 0.2)
 
@@ -282,8 +282,8 @@ def test_figures_that_are_not_numbers_do_not_break_the_json(tmp_path):
 
 def test_an_incomplete_line_is_not_read(tmp_path):
     path = tmp_path / "notes.jsonl"
-    Notebook(path).write_progress("1 of 2")
+    RowLog(path).write_progress("1 of 2")
     with path.open("a") as file:
         file.write('{"row": {"st')
 
-    assert Notebook(path).read() == ([], "1 of 2")
+    assert RowLog(path).read() == ([], "1 of 2")

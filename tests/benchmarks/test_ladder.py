@@ -83,7 +83,7 @@ def _measure_moving_region(splats, frame=1):
 @pytest.mark.parametrize("name", FREE_FIELDS)
 def test_only_free_attributes_change(name):
     start_state, fit_result = _fit_rung(name)
-    start_attributes = _make_attributes(start_state).rows(fit_result.alive)
+    start_attributes = _make_attributes(start_state).rows(fit_result.survivors)
 
     for field in ATTRIBUTE_NAMES:
         has_changed = not torch.equal(
@@ -156,7 +156,7 @@ def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(mo
     fit_result = fit_rung(context, start_state, RUNGS["deaths"], 8, QUICK_SETTINGS)
     rounded = round_rung(start_state, fit_result)
 
-    assert fit_result.alive.tolist() == list(range(3, count))
+    assert fit_result.survivors.tolist() == list(range(3, count))
     assert torch.equal(fit_result.attributes.opacities, _make_attributes(start_state).opacities[3:])
     assert rounded.change_counts["deaths"] == 3
     assert rounded.splats.positions.shape[0] == count - 3
@@ -229,7 +229,7 @@ def test_bytes_grow_with_the_changes_and_sh_rest_is_listed_separately():
 
     assert rounded.coded_bytes > round_rung(*_fit_rung("own")).coded_bytes > 0
     assert (rounded.rest_bytes, rounded_with_sh_rest.coded_bytes) == (0, rounded.coded_bytes)
-    assert rounded_with_sh_rest.change_counts["SH rest"] == len(fit_result.alive)
+    assert rounded_with_sh_rest.change_counts["SH rest"] == len(fit_result.survivors)
 
 
 def test_a_free_gaussian_moves_as_fast_as_its_anchors_together():

@@ -97,7 +97,10 @@ def test_tables_plots_and_page_are_written(output_folder):
     plot_names = {"full.png", "quantization.png", "gate.png", "levels.png"}
 
     assert file_names == {"index.html", "paper.csv", "paper.md", *plot_names}
-    assert "| plane | PSNR loss caused by quantization, dB |" in (output_folder / "paper.md").read_text()
+    assert (
+        "| plane | PSNR loss caused by quantization, dB |"
+        in (output_folder / "paper.md").read_text()
+    )
 
 
 def test_csv_has_a_line_for_each_trial_of_each_experiment(output_folder):

@@ -98,14 +98,16 @@ def test_training_views_are_measured_with_gains_and_the_moving_region_separately
 def test_table_and_json_have_mean_and_deviation_over_seeds(study_folder):
     psnr_values = [_read_row(study_folder, seed)["figures"]["held_out_psnr"] for seed in (0, 1)]
     (group,) = json.loads((study_folder / "quality.json").read_text())["groups"]
-    spread = group["figures"]["held_out_psnr"]
+    statistics = group["figures"]["held_out_psnr"]
     (line,) = _read_csv(study_folder / "quality.csv")
 
-    assert spread["mean"] == pytest.approx(np.mean(psnr_values))
-    assert spread["deviation"] == pytest.approx(np.std(psnr_values, ddof=1))
-    assert float(line["held_out_psnr_mean"]) == spread["mean"]
+    assert statistics["mean"] == pytest.approx(np.mean(psnr_values))
+    assert statistics["deviation"] == pytest.approx(np.std(psnr_values, ddof=1))
+    assert float(line["held_out_psnr_mean"]) == statistics["mean"]
     assert line["held_out_lpips_mean"] == ""
-    table_row = f"| {CAPTURE_NAME}/0 | 2 | {spread['mean']:.2f} +- {spread['deviation']:.2f} |"
+    table_row = (
+        f"| {CAPTURE_NAME}/0 | 2 | {statistics['mean']:.2f} +- {statistics['deviation']:.2f} |"
+    )
     assert table_row in (study_folder / "quality.md").read_text()
     assert "| LPIPS |" not in (study_folder / "quality.md").read_text()
 

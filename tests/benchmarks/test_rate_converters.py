@@ -3,7 +3,7 @@ import pytest
 from rate import converters
 from rate.converters import (
     UnavailableError,
-    convert_scene,
+    convert_and_restore,
     describe_spz,
     install_splat_transform,
     read_splat_transform_version,
@@ -31,4 +31,4 @@ def test_a_program_that_fails_is_unavailable_and_says_why(tmp_path, monkeypatch)
     monkeypatch.setattr(converters, "install_splat_transform", lambda _folder: program)
 
     with pytest.raises(UnavailableError, match="fails: the reason"):
-        convert_scene(make_frame(0)[1], "sog", tmp_path)
+        convert_and_restore(make_frame(0)[1], "sog", tmp_path)

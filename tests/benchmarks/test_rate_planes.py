@@ -10,7 +10,7 @@ from rate.planes import (
     compress_lzma,
     compress_zstd,
     pack_frame,
-    pack_planes,
+    pack_rows,
     read_symbols,
     sum_compressed_bytes,
     sum_float_bytes,
@@ -46,7 +46,7 @@ def _unpack_rows(data, expected_rows):
 
 @given(ROW_LISTS)
 def test_planes_are_packed_as_narrowly_as_each_row_allows(rows):
-    assert _unpack_rows(pack_planes(_make_arrays(rows)), rows) == rows
+    assert _unpack_rows(pack_rows(_make_arrays(rows)), rows) == rows
 
 
 @pytest.fixture(scope="module")

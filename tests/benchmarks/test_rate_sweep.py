@@ -6,7 +6,7 @@ from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point
-from rate.sweep import list_adapted_steps, list_changes, make_hull_claim
+from rate.sweep import list_adapted_steps, list_variations, make_hull_claim
 from tests.encoder.toys import make_capture
 
 _CAPTURE = make_capture()
@@ -32,11 +32,11 @@ def test_fixed_steps_are_those_adapted_to_the_capture(preset):
 @pytest.mark.parametrize("preset", sorted(PRESETS))
 def test_every_point_is_another_setting_and_the_first_is_the_default(preset):
     config = _fix_steps(preset)
-    configs = [_apply_changes(config, changes) for _, changes in list_changes(config)]
+    configs = [_apply_changes(config, changes) for _, changes in list_variations(config)]
 
     assert configs[0] == config
     assert len(set(configs)) == len(configs) >= 9
-    assert len({label for label, _ in list_changes(config)}) == len(configs)
+    assert len({label for label, _ in list_variations(config)}) == len(configs)
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
@@ -52,7 +52,7 @@ def test_no_point_trains_another_frame_0(preset):
             replace(point_config.stream, **motion),
         )
 
-    swept_configs = [_apply_changes(config, changes) for _, changes in list_changes(config)]
+    swept_configs = [_apply_changes(config, changes) for _, changes in list_variations(config)]
     assert all(
         get_canonical_inputs(point_config) == get_canonical_inputs(config)
         for point_config in swept_configs
@@ -61,7 +61,7 @@ def test_no_point_trains_another_frame_0(preset):
 
 def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
     config = PRESETS["main"]
-    swept_configs = [_apply_changes(config, changes) for _, changes in list_changes(config)]
+    swept_configs = [_apply_changes(config, changes) for _, changes in list_variations(config)]
 
     def list_lambda_factors(point_config):
         motion, births = point_config.motion, point_config.births
@@ -82,7 +82,7 @@ def test_the_rate_term_is_swept_from_a_quarter_to_four_times():
 
 def test_the_rotation_step_is_swept_with_that_of_translation():
     config = EncoderConfig()
-    swept_configs = [_apply_changes(config, changes) for _, changes in list_changes(config)]
+    swept_configs = [_apply_changes(config, changes) for _, changes in list_variations(config)]
 
     step = config.stream.translation_step
     factors = {

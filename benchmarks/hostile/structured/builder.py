@@ -47,7 +47,7 @@ from quarc_ref.format.records import (
 
 Record = CanonicalChunk | SnapshotChunk | FrameChunk
 _Value = TypeVar("_Value")
-_MAX_TRIALS = 4
+_MAX_ATTEMPTS = 4
 _FIRST_ORDINALS = (0, 0, 0, 0, 0, 0, 5, COUNTER_LIMIT - 3)
 _MAX_PARENT_DIFFERENCE = (1 << 63) - 1  # allows larger differences of parents than encoders write
 EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
@@ -59,7 +59,7 @@ _CHUNK_TYPES: dict[type, tuple[bytes, Callable[[Any], bytes]]] = {
 }
 
 
-class Builder:
+class StreamBuilder:
     """Generates the chunks of a stream.
 
     Args:
@@ -88,9 +88,9 @@ class Builder:
         """Generate and code a valid frame; add no frame if all generated frames exceed a limit."""
         self._fault = None
         is_last = self.state is not None and self.state.scene.frame == COUNTER_LIMIT
-        for _ in range(0 if is_last else _MAX_TRIALS):
+        for _ in range(0 if is_last else _MAX_ATTEMPTS):
             record = self._generate_record(is_keyframe=self._generator.rng.random() < 0.15)
-            state, crc = self._try_record(record)
+            state, crc = self._try_decoding(record)
             if state is not None:
                 self._append_record(record, state, crc)
                 return
@@ -98,9 +98,9 @@ class Builder:
     def add_hostile_frame(self, fault: Fault) -> None:
         """Generate a frame, and code it with the given fault."""
         self._fault = fault
-        with self._using_fault_writer():
+        with self._use_fault_writer():
             record = self._generate_record(is_keyframe=fault.stage in _KEYFRAME_STAGES)
-        self._append_record(record, *self._try_record(record))
+        self._append_record(record, *self._try_decoding(record))
 
     def _append_record(self, record: Record, state: State | None, crc: int) -> None:
         record_with_crc = replace(record, state_crc=crc)
@@ -111,7 +111,9 @@ class Builder:
                 record.frame, read_checked_canonical(self.header, record)
             )
         kind, build_payload = _CHUNK_TYPES[type(record_with_crc)]
-        self.pieces.append(Piece(kind, self._change(Stage.PAYLOAD, build_payload(record_with_crc))))
+        self.pieces.append(
+            Piece(kind, self._apply_fault(Stage.PAYLOAD, build_payload(record_with_crc)))
+        )
 
     def finish(self, *, index: bool) -> None:
         """Append TAIL and, if `index` is set, INDX before it."""
@@ -146,10 +148,10 @@ class Builder:
             snapshot.sections,
             0,
         )
-        return self._change(Stage.SNAPSHOT, chunk)
+        return self._apply_fault(Stage.SNAPSHOT, chunk)
 
     def _generate_canonical(self) -> CanonicalChunk:
-        gaussians = self._change(
+        gaussians = self._apply_fault(
             Stage.SCENE, self._generator.generate_gaussians(self.header), self.header
         )
         origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
@@ -159,13 +161,13 @@ class Builder:
             first_ordinal if self.state is None else (self.state.scene.frame + 1) & COUNTER_LIMIT
         )
         chunk = CanonicalChunk(frame, gaussians.count, origin, axis_bits, sections, 0)
-        return self._change(Stage.CANONICAL, chunk)
+        return self._apply_fault(Stage.CANONICAL, chunk)
 
     def _generate_frame(self, state: State) -> FrameChunk:
         rng = self._generator.rng
         deaths = rng.choice((0, 0, 1, state.scene.count // 2, state.scene.count - 1))
         frame_start = begin_frame(state, min(deaths, state.scene.count - 1))
-        symbols = self._change(
+        symbols = self._apply_fault(
             Stage.MOTION, self._generator.generate_symbols(frame_start), frame_start
         )
         uses_previous_contexts = rng.random() < 0.5
@@ -188,10 +190,10 @@ class Builder:
             or self._is_at_stage(Stage.BIRTHS)
             or self._is_at_stage(Stage.UPDATES)
         ):
-            chunk = self._add_changes(frame_start, chunk)
-        return self._change(Stage.FRAME, chunk)
+            chunk = self._add_updates_and_births(frame_start, chunk)
+        return self._apply_fault(Stage.FRAME, chunk)
 
-    def _add_changes(self, frame_start: State, chunk: FrameChunk) -> FrameChunk:
+    def _add_updates_and_births(self, frame_start: State, chunk: FrameChunk) -> FrameChunk:
         """Return the frame with updates and births added to it, if its motion is valid."""
         with suppress(BitstreamError):
             moved_frame = decode_motion(
@@ -201,7 +203,7 @@ class Builder:
                 section = self._write_updates(moved_frame)
                 chunk = replace(chunk, updates=section)
                 moved_frame = decode_updates(moved_frame, section)
-            births = self._change(
+            births = self._apply_fault(
                 Stage.BIRTHS, self._generator.generate_births(moved_frame), moved_frame
             )
             with patch.object(gaussian_planes, "_DIFFERENCE_LIMIT", _MAX_PARENT_DIFFERENCE):
@@ -210,13 +212,13 @@ class Builder:
         return chunk
 
     def _write_updates(self, moved_frame: State) -> Section:
-        updates = self._change(
+        updates = self._apply_fault(
             Stage.UPDATES, self._generator.generate_updates(moved_frame), moved_frame
         )
         with patch.object(update_planes, "ROTATION_UNITY_LIMIT", CODE_LIMIT):
             return write_updates(update_context(moved_frame), updates, moved_frame.update_counts)
 
-    def _try_record(self, record: Record) -> tuple[State | None, int]:
+    def _try_decoding(self, record: Record) -> tuple[State | None, int]:
         """Decode a record; return the state and its CRC, or (None, 0) if it is rejected."""
         with suppress(BitstreamError, LimitError), patch.object(frames, "check_state"):
             if isinstance(record, CanonicalChunk):
@@ -233,7 +235,7 @@ class Builder:
             return state, state_crc(state.scene)
         return None, 0
 
-    def _change(self, stage: Stage, value: _Value, *context: Any) -> _Value:  # noqa: ANN401
+    def _apply_fault(self, stage: Stage, value: _Value, *context: Any) -> _Value:  # noqa: ANN401
         """Return the value, changed by the current fault if that fault applies at this stage."""
         if self._fault is None or not self._is_at_stage(stage):
             return value
@@ -244,12 +246,12 @@ class Builder:
         return self._fault is not None and self._fault.stage is stage
 
     @contextmanager
-    def _using_fault_writer(self) -> Iterator[None]:
+    def _use_fault_writer(self) -> Iterator[None]:
         """Replace `PlaneWriter` with the writer of the current fault, if the fault has one."""
         if not self._is_at_stage(Stage.WRITER):
             yield
             return
-        open_writer = partial(self._change, Stage.WRITER)
+        open_writer = partial(self._apply_fault, Stage.WRITER)
         with (
             patch.object(gaussian_planes, "PlaneWriter", open_writer),
             patch.object(motion_planes, "PlaneWriter", open_writer),

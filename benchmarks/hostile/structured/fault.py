@@ -42,10 +42,10 @@ class Fault:
         stage: The stage at which the fault is applied.
         change: Function that returns the changed value; it gets a `RecordGenerator`, the value, and
             the context of the stage if it has one.
-        header: Values that the fault requires in header fields, by name of the field.
+        header_fields: Values that the fault requires in header fields, by name of the field.
     """
 
     name: str
     stage: Stage
     change: Callable[..., Any]
-    header: Mapping[str, Any] = field(default_factory=dict)
+    header_fields: Mapping[str, Any] = field(default_factory=dict)

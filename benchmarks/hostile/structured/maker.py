@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from hostile.mutations import Mutant
-from hostile.structured.builder import Builder
+from hostile.structured.builder import StreamBuilder
 from hostile.structured.fault import Fault, Stage
 from hostile.structured.generator import RecordGenerator
 from hostile.structured.pieces import assemble
@@ -58,8 +58,8 @@ class StructuredMaker:
 
 
 def _build_stream(
-    generator: RecordGenerator, faults: Sequence[Fault], header_donor: Builder | None = None
-) -> Builder:
+    generator: RecordGenerator, faults: Sequence[Fault], header_donor: StreamBuilder | None = None
+) -> StreamBuilder:
     """Generate a few frames and apply the faults to them; return the builder of the stream.
 
     Args:
@@ -69,8 +69,8 @@ def _build_stream(
     """
     header = generator.generate_header() if header_donor is None else header_donor.header
     for fault in faults:
-        header = replace(header, **fault.header)
-    builder = Builder(generator, header)
+        header = replace(header, **fault.header_fields)
+    builder = StreamBuilder(generator, header)
     for _ in range(generator.rng.choice((1, 2, 3, 5))):
         builder.add_valid_frame()
     for fault in (fault for fault in faults if fault.stage not in _STREAM_STAGES):

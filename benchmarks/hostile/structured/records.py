@@ -19,7 +19,7 @@ _MAX_U32 = (1 << 32) - 1
 _ORIGINS = (0, POSITION_LIMIT, -POSITION_LIMIT - 1, 1 << 30, (1 << 31) - 1, -(1 << 31))
 
 
-def _set_field(name: str, *values: int) -> Callable[[RecordGenerator, Record], Record]:
+def _make_field_change(name: str, *values: int) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that sets a field to a given value, or changes it by 1, or doubles it."""
 
     def change(generator: RecordGenerator, record: Record) -> Record:
@@ -73,7 +73,7 @@ def _replace_words(rng: random.Random, _words: UInt32) -> UInt32:
     return np.array(words, dtype=np.uint32)
 
 
-def _change_section(
+def _make_section_change(
     change: Callable[[random.Random, UInt32], UInt32],
 ) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that changes the words of a random section."""
@@ -93,7 +93,7 @@ def _shuffle_sections(generator: RecordGenerator, record: Record) -> Record:
     return _replace_sections(record, sections)
 
 
-def _splice(donors: Sequence[Record]) -> Callable[[RecordGenerator, Record], Record]:
+def _make_splice(donors: Sequence[Record]) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that copies sections from a frame of the same type in another stream."""
 
     def splice(generator: RecordGenerator, record: Record) -> Record:
@@ -111,7 +111,9 @@ def _splice(donors: Sequence[Record]) -> Callable[[RecordGenerator, Record], Rec
     return splice
 
 
-def _replace_with_donor(donors: Sequence[Record]) -> Callable[[RecordGenerator, Record], Record]:
+def _make_frame_replacement(
+    donors: Sequence[Record],
+) -> Callable[[RecordGenerator, Record], Record]:
     """Return a function that replaces a frame with a frame of another stream."""
 
     def replace_frame(generator: RecordGenerator, record: Record) -> Record:
@@ -132,7 +134,7 @@ def _resize_payload(generator: RecordGenerator, payload: bytes) -> bytes:
     return generator.rng.choice((payload[:-1], payload[:4], b"", payload + extra))
 
 
-def _set_word_count(generator: RecordGenerator, payload: bytes) -> bytes:
+def _write_wrong_number(generator: RecordGenerator, payload: bytes) -> bytes:
     """Write a wrong word count into the first section, or a wrong value into a one-byte field."""
     rng = generator.rng
     offset, size = rng.choice(((21, 4), (13, 4), (20, 1), (4, 1)))
@@ -151,38 +153,38 @@ def list_record_faults(donors: Sequence[Record]) -> list[Fault]:
         donors: Records of other streams, at least one of every type.
     """
     record_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
-        "an extra zero word at the end": _change_section(_append_zero_word),
-        "extra words before the first word": _change_section(_prepend_word),
-        "a missing word": _change_section(_drop_word),
-        "a flipped bit in a word": _change_section(_flip_word_bit),
-        "random words": _change_section(_replace_words),
+        "an extra zero word at the end": _make_section_change(_append_zero_word),
+        "extra words before the first word": _make_section_change(_prepend_word),
+        "a missing word": _make_section_change(_drop_word),
+        "a flipped bit in a word": _make_section_change(_flip_word_bit),
+        "random words": _make_section_change(_replace_words),
         "sections in random order": _shuffle_sections,
-        "sections of another stream": _splice(donors),
-        "a frame of another stream": _replace_with_donor(donors),
+        "sections of another stream": _make_splice(donors),
+        "a frame of another stream": _make_frame_replacement(donors),
     }
     canonical_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
-        "gaussian_count": _set_field("gaussian_count", 0, 65537, _MAX_U32),
-        "ordinal": _set_field("frame", 0, _MAX_U32),
+        "gaussian_count": _make_field_change("gaussian_count", 0, 65537, _MAX_U32),
+        "ordinal": _make_field_change("frame", 0, _MAX_U32),
         "origin": _move_origin,
         "axis_bits": _change_axis_bits,
     }
     frame_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
-        "phase": _set_field("phase", 0, _MAX_U32),
+        "phase": _make_field_change("phase", 0, _MAX_U32),
         "previous_contexts": _toggle_contexts,
-        "death_count": _set_field("death_count", 1, 1 << 16, _MAX_U32),
-        "birth_count": _set_field("birth_count", 1, 4097, 1 << 17, _MAX_U32),
+        "death_count": _make_field_change("death_count", 1, 1 << 16, _MAX_U32),
+        "birth_count": _make_field_change("birth_count", 1, 4097, 1 << 17, _MAX_U32),
     }
     snapshot_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
-        "newborn_count": _set_field("newborn_count", 0, 65537, _MAX_U32),
-        "ordinal": _set_field("frame", 0, _MAX_U32),
-        "ordinal of its canonical frame": _set_field("canonical", 0, _MAX_U32),
+        "newborn_count": _make_field_change("newborn_count", 0, 65537, _MAX_U32),
+        "ordinal": _make_field_change("frame", 0, _MAX_U32),
+        "ordinal of its canonical frame": _make_field_change("canonical", 0, _MAX_U32),
         "origin": _move_origin,
         "axis_bits": _change_axis_bits,
     }
     payload_changes: dict[str, Callable[[RecordGenerator, Any], Any]] = {
         "a wrong state CRC": _change_state_crc,
         "a wrong payload size": _resize_payload,
-        "a wrong word count or flag": _set_word_count,
+        "a wrong word count or flag": _write_wrong_number,
     }
     return [
         *(

@@ -62,7 +62,7 @@ def _resize_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     ]
 
 
-def _change_piece(
+def _make_piece_change(
     **choose_by_field: Callable[[RecordGenerator, Piece], Any],
 ) -> Callable[[RecordGenerator, Pieces], Pieces]:
     """Return a function that sets fields of a random piece to values that it chooses."""
@@ -95,7 +95,7 @@ def _repeat_chunk(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     return [*pieces[:index], *[pieces[index]] * generator.rng.choice((2, 3)), *pieces[index + 1 :]]
 
 
-def _insert_chunk(*kinds: bytes) -> Callable[[RecordGenerator, Pieces], Pieces]:
+def _make_insertion(*kinds: bytes) -> Callable[[RecordGenerator, Pieces], Pieces]:
     """Return a function that inserts a chunk of one of the types."""
 
     def insert_chunk(generator: RecordGenerator, pieces: Pieces) -> Pieces:
@@ -108,7 +108,7 @@ def _insert_chunk(*kinds: bytes) -> Callable[[RecordGenerator, Pieces], Pieces]:
     return insert_chunk
 
 
-def _splice(donors: Sequence[Pieces]) -> Callable[[RecordGenerator, Pieces], Pieces]:
+def _make_splice(donors: Sequence[Pieces]) -> Callable[[RecordGenerator, Pieces], Pieces]:
     """Return a function that inserts a chunk of another stream, or continues with that stream."""
 
     def splice(generator: RecordGenerator, pieces: Pieces) -> Pieces:
@@ -121,7 +121,7 @@ def _splice(donors: Sequence[Pieces]) -> Callable[[RecordGenerator, Pieces], Pie
     return splice
 
 
-def _damage_ancillary(generator: RecordGenerator, pieces: Pieces) -> Pieces:
+def _insert_damaged_ancillary(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Insert damaged cameras or metadata."""
     kind, payload = generator.rng.choice(_ANCILLARY_PAYLOADS)
     damaged = damage_bytes(generator.rng, payload, payload)[0]
@@ -175,33 +175,33 @@ def list_container_faults(donors: Sequence[Pieces]) -> list[Fault]:
         "an unusual value in HEAD": _change_head,
         "a different version": _change_version,
         "a wrong size of HEAD": _resize_head,
-        "a wrong sync word": _change_piece(
+        "a wrong sync word": _make_piece_change(
             sync=lambda generator, piece: generator.rng.choice((bytes(4), piece.sync[::-1]))
         ),
-        "a flipped bit in a chunk header": _change_piece(
+        "a flipped bit in a chunk header": _make_piece_change(
             flipped_byte=lambda generator, _piece: generator.rng.randrange(8, CHUNK_HEADER_BYTES)
         ),
-        "a flipped bit in a payload CRC": _change_piece(
+        "a flipped bit in a payload CRC": _make_piece_change(
             flipped_byte=lambda generator, _piece: -1 - generator.rng.randrange(4)
         ),
-        "a wrong sequence number": _change_piece(
+        "a wrong sequence number": _make_piece_change(
             sequence=lambda generator, _piece: generator.rng.choice((0, 1, 2, 3, _MAX_U32))
         ),
-        "a wrong chunk type": _change_piece(
+        "a wrong chunk type": _make_piece_change(
             kind=lambda generator, _piece: generator.rng.choice(_CHUNK_TYPES)
         ),
-        "a wrong chunk length": _change_piece(
+        "a wrong chunk length": _make_piece_change(
             length=lambda generator, _piece: generator.rng.choice(_CHUNK_LENGTHS)
         ),
         "two swapped chunks": _swap_chunks,
         "a missing chunk": _drop_chunk,
         "a repeated chunk": _repeat_chunk,
-        "an inserted chunk": _insert_chunk(*_CHUNK_TYPES),
-        "an unknown ancillary chunk": _insert_chunk(*_ANCILLARY_TYPES),
-        "an unknown critical chunk": _insert_chunk(*_CRITICAL_TYPES),
-        "a chunk with an invalid type": _insert_chunk(*_BAD_TYPES),
-        "chunks of another stream": _splice(donors),
-        "damaged cameras or metadata": _damage_ancillary,
+        "an inserted chunk": _make_insertion(*_CHUNK_TYPES),
+        "an unknown ancillary chunk": _make_insertion(*_ANCILLARY_TYPES),
+        "an unknown critical chunk": _make_insertion(*_CRITICAL_TYPES),
+        "a chunk with an invalid type": _make_insertion(*_BAD_TYPES),
+        "chunks of another stream": _make_splice(donors),
+        "damaged cameras or metadata": _insert_damaged_ancillary,
         "wrong seek points in INDX": _change_index,
         "wrong totals in TAIL": _change_tail,
     }

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from gpu.plan import REAL_SIZES, Sizes
-from gpu.rows import Notebook, Row
+from gpu.rows import Row, RowLog
 from gpu.scene import FRAME_COUNT
 from gpu.training import describe_memory, make_config, train
 from quarc_ref.streams import decode
@@ -12,7 +12,7 @@ from steady_timer import STAGES
 _GOAL_SECONDS, _MAX_SECONDS = 2.3, 5.0
 
 
-def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
+def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Encode frames with few iterations, and measure the time of the last frame."""
     config = make_config(
         {
@@ -27,13 +27,13 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
             "births.iterations": sizes.iterations,
         }
     )
-    training = train(sizes, folder, notebook, config, FRAME_COUNT)
+    training = train(sizes, folder, row_log, config, FRAME_COUNT)
     count = list(decode(training.stream))[-1].count
-    seconds = {stage: training.timer.timer.seconds.get(stage, 0.0) for stage in STAGES}
+    seconds = {stage: training.timer.stage_timer.seconds.get(stage, 0.0) for stage in STAGES}
     total_seconds = sum(seconds.values())
     size = f"{count:,} Gaussians, {sizes.width} x {sizes.height}, {sizes.views} views"
     iterations = f"{sizes.iterations} + {sizes.iterations} iterations"
-    notebook.add(
+    row_log.add(
         Row(
             "frame",
             f"time of a frame: {size}, {iterations}",
@@ -44,7 +44,7 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
         )
     )
     for stage, stage_seconds in seconds.items():
-        notebook.add(
+        row_log.add(
             Row(
                 "frame",
                 f"time of stage {stage}",
@@ -52,4 +52,4 @@ def run(sizes: Sizes, folder: Path, notebook: Notebook) -> None:
                 figures={"seconds": stage_seconds},
             )
         )
-    notebook.add(describe_memory("frame", sizes))
+    row_log.add(describe_memory("frame", sizes))

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quality.spreads import (
+from quality.seed_statistics import (
     Difference,
-    Spread,
+    Statistics,
     average_differences,
     subtract,
     summarize,
@@ -19,17 +19,17 @@ _SEED_FIGURES = st.lists(_FIGURES, min_size=2, max_size=8)
 
 
 @given(values=_SEED_FIGURES)
-def test_a_spread_is_the_mean_and_deviation_of_a_sample(values):
-    spread = summarize(values)
+def test_statistics_are_the_mean_and_deviation_of_a_sample(values):
+    statistics = summarize(values)
 
-    assert spread.mean == pytest.approx(np.mean(values), abs=1e-9)
-    assert spread.deviation == pytest.approx(np.std(values, ddof=1), abs=1e-9)
-    assert spread.count == len(values)
+    assert statistics.mean == pytest.approx(np.mean(values), abs=1e-9)
+    assert statistics.deviation == pytest.approx(np.std(values, ddof=1), abs=1e-9)
+    assert statistics.count == len(values)
 
 
 @given(value=_FIGURES)
 def test_a_single_seed_has_no_deviation(value):
-    assert summarize([value]) == Spread(value, None, 1)
+    assert summarize([value]) == Statistics(value, None, 1)
     assert summarize([value]).variance_of_mean is None
 
 
@@ -81,10 +81,10 @@ def test_an_unknown_error_makes_the_error_of_the_mean_unknown():
 
 @given(values=st.lists(st.none() | _FIGURES, min_size=1, max_size=8))
 def test_rows_without_a_figure_are_not_counted(values):
-    spreads = summarize_figures([{"x": value, "y": 1.0} for value in values])
+    statistics_by_name = summarize_figures([{"x": value, "y": 1.0} for value in values])
     existing_values = [value for value in values if value is not None]
 
-    assert spreads["y"].count == len(values)
-    assert ("x" in spreads) == bool(existing_values)
+    assert statistics_by_name["y"].count == len(values)
+    assert ("x" in statistics_by_name) == bool(existing_values)
     if existing_values:
-        assert spreads["x"] == summarize(existing_values)
+        assert statistics_by_name["x"] == summarize(existing_values)

@@ -21,11 +21,11 @@ HeldOut = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Subject:
+class StudyCapture:
     """A capture of the study.
 
     Attributes:
-        name: Unique name of the subject.
+        name: Unique name of the capture.
         folder: Folder of the capture.
         held_out_sets: Names of the cameras of each held-out set.
     """
@@ -79,7 +79,7 @@ def parse_traced_name(name: str) -> SynthOptions:
     return SynthOptions(variant=match["variant"], frames=_CAPTURE_FRAMES, **sizes)
 
 
-def trace_if_missing(name: str, folder: Path) -> Subject:
+def trace_if_missing(name: str, folder: Path) -> StudyCapture:
     """Return the ray-traced capture with this name; ray-trace it if it does not exist.
 
     Args:
@@ -93,4 +93,4 @@ def trace_if_missing(name: str, folder: Path) -> Subject:
     if not target.is_dir():
         write_status(f"tracing {name}")
         write_synthetic_capture(target, options)
-    return Subject(name, target, (("cam00",),))
+    return StudyCapture(name, target, (("cam00",),))

@@ -9,7 +9,7 @@ Figures = Mapping[str, float | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Spread:
+class Statistics:
     """Mean and standard deviation of a figure over seeds.
 
     Attributes:
@@ -45,16 +45,16 @@ class Difference:
     error: float | None
 
 
-def summarize(values: Sequence[float]) -> Spread:
+def summarize(values: Sequence[float]) -> Statistics:
     """Return the mean and deviation of a figure.
 
     Args:
         values: One value per seed; at least one value.
     """
-    return Spread(fmean(values), stdev(values) if len(values) > 1 else None, len(values))
+    return Statistics(fmean(values), stdev(values) if len(values) > 1 else None, len(values))
 
 
-def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
+def summarize_figures(rows: Iterable[Figures]) -> dict[str, Statistics]:
     """Return the mean and deviation of each figure over the rows in which it is defined."""
     values_by_name: dict[str, list[float]] = {}
     for row in rows:
@@ -64,11 +64,11 @@ def summarize_figures(rows: Iterable[Figures]) -> dict[str, Spread]:
     return {name: summarize(values) for name, values in values_by_name.items()}
 
 
-def subtract(first: Spread, second: Spread) -> Difference:
+def subtract(first: Statistics, second: Statistics) -> Difference:
     """Return the difference of two means; the seeds of both are taken as independent samples."""
     return Difference(
         first.mean - second.mean,
-        _combine_variances([first.variance_of_mean, second.variance_of_mean]),
+        _compute_standard_error([first.variance_of_mean, second.variance_of_mean]),
     )
 
 
@@ -84,12 +84,12 @@ def average_differences(differences: Sequence[Difference]) -> Difference:
     variances = [
         None if difference.error is None else difference.error**2 for difference in differences
     ]
-    error = _combine_variances(variances)
+    error = _compute_standard_error(variances)
     amount = fmean(difference.amount for difference in differences)
     return Difference(amount, None if error is None else error / count)
 
 
-def _combine_variances(variances: Sequence[float | None]) -> float | None:
+def _compute_standard_error(variances: Sequence[float | None]) -> float | None:
     """Return the standard error of a sum of values with these variances; None if one is unknown."""
     known_variances = [variance for variance in variances if variance is not None]
     return math.sqrt(sum(known_variances)) if len(known_variances) == len(variances) else None

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quality.subjects import DEFAULT_TRACED_NAMES, choose_held_out_sets, parse_traced_name
+from quality.study_captures import DEFAULT_TRACED_NAMES, choose_held_out_sets, parse_traced_name
 from quarc_ref.synth import SynthOptions
 from quarc_ref.synth.variants import VARIANTS
 
