@@ -55,9 +55,9 @@ class Features:
         for index, (name, picture) in enumerate(zip(names, pictures, strict=True)):
             self._extract_features(name, picture, self._masks[index])
             report(index + 1, total)
-        for first in range(0, len(pairs), _PAIRS_PER_STEP):
-            self._match_pairs(pairs[first : first + _PAIRS_PER_STEP])
-            report(min(len(names) + first + _PAIRS_PER_STEP, total), total)
+        for start in range(0, len(pairs), _PAIRS_PER_STEP):
+            self._match_pairs(pairs[start : start + _PAIRS_PER_STEP])
+            report(min(len(names) + start + _PAIRS_PER_STEP, total), total)
         self.moments.append(moment)
 
     def read_keypoints(self, camera: int) -> list[Keypoints]:
@@ -89,11 +89,11 @@ class Features:
         pycolmap.Bitmap.from_array(picture).write(self.folder / name)
         reader_options = pycolmap.ImageReaderOptions()
         if mask is not None:
-            masks = self.folder / "masks"
-            masks.mkdir(exist_ok=True)
+            mask_folder = self.folder / "masks"
+            mask_folder.mkdir(exist_ok=True)
             levels = np.where(mask, np.uint8(255), np.uint8(0))
-            pycolmap.Bitmap.from_array(levels).write(masks / f"{name}.png")
-            reader_options.mask_path = str(masks)
+            pycolmap.Bitmap.from_array(levels).write(mask_folder / f"{name}.png")
+            reader_options.mask_path = str(mask_folder)
         options = pycolmap.FeatureExtractionOptions()
         options.max_image_size = _MAX_PICTURE_SIZE
         options.sift.max_num_features = _MAX_FEATURES
@@ -107,13 +107,15 @@ class Features:
         )
 
     def _match_pairs(self, pairs: Sequence[tuple[str, str]]) -> None:
-        pair_list = self.folder / "pairs.txt"
-        write_file(pair_list, "".join(f"{first} {second}\n" for first, second in pairs).encode())
+        pair_list_path = self.folder / "pairs.txt"
+        write_file(
+            pair_list_path, "".join(f"{first} {second}\n" for first, second in pairs).encode()
+        )
         matching_options = pycolmap.FeatureMatchingOptions()
         # `match_graph` verifies the matches of all moments together
         matching_options.skip_geometric_verification = True
         pairing_options = pycolmap.ImportedPairingOptions()
-        pairing_options.match_list_path = str(pair_list)
+        pairing_options.match_list_path = str(pair_list_path)
         pycolmap.match_image_pairs(
             self._database, matching_options, pairing_options, device=pycolmap.Device.cpu
         )

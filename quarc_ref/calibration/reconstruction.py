@@ -56,7 +56,7 @@ def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
     return support
 
 
-def remove_weak_images(model: pycolmap.Reconstruction) -> dict[int, int]:
+def remove_unsupported_images(model: pycolmap.Reconstruction) -> dict[int, int]:
     """Remove the poses of images with too few supported points; return their point counts by id.
 
     Images are removed one at a time, because each removal leaves other images with fewer supported
@@ -65,10 +65,12 @@ def remove_weak_images(model: pycolmap.Reconstruction) -> dict[int, int]:
     removed_counts: dict[int, int] = {}
     while True:
         support = count_supported_points(model)
-        weak_images = [index for index, count in support.items() if count < MIN_SUPPORTED_POINTS]
-        if not weak_images or len(support) <= 2:
+        unsupported_images = [
+            index for index, count in support.items() if count < MIN_SUPPORTED_POINTS
+        ]
+        if not unsupported_images or len(support) <= 2:
             return removed_counts
-        weakest = min(weak_images, key=lambda index: (support[index], index))
+        weakest = min(unsupported_images, key=lambda index: (support[index], index))
         removed_counts[weakest] = support[weakest]
         model.deregister_frame(model.images[weakest].frame_id)
 

@@ -21,7 +21,7 @@ from quarc_ref.calibration.reconstruction import (
     count_supported_points,
     measure_errors,
     refine_reconstruction,
-    remove_weak_images,
+    remove_unsupported_images,
 )
 from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
@@ -104,9 +104,9 @@ def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
             if model is None:
                 continue
             model = refine_reconstruction(model, lenses)
-            removed = remove_weak_images(model)
+            removed_counts = remove_unsupported_images(model)
             if best_model is None or model.num_reg_images() > best_model[0].num_reg_images():
-                best_model = model, removed
+                best_model = model, removed_counts
             if best_model[0].num_reg_images() == len(graph.names):
                 break
     if best_model is None or best_model[0].num_reg_images() < MIN_CAMERAS:
@@ -148,7 +148,7 @@ def _run_mapper(
 
 
 def _make_solution(
-    graph: MatchGraph, model: pycolmap.Reconstruction, removed: dict[int, int]
+    graph: MatchGraph, model: pycolmap.Reconstruction, removed_counts: dict[int, int]
 ) -> Solution:
     errors, support = measure_errors(model), count_supported_points(model)
     image_ids = sorted(errors)
@@ -162,7 +162,7 @@ def _make_solution(
             for index in image_ids
         },
         {
-            name: _explain_failure(graph, index, removed.get(index + 1))
+            name: _explain_failure(graph, index, removed_counts.get(index + 1))
             for index, name in enumerate(graph.names)
             if index + 1 not in errors
         },

@@ -39,13 +39,13 @@ def bench(
         if as_json:
             print_json("bench/2", speed.as_json())
         else:
-            print_fields(format_stream_name(file), _describe(speed))
+            print_fields(format_stream_name(file), _describe_speed(speed))
 
 
-def _describe(speed: "Speed") -> dict[str, str]:
+def _describe_speed(speed: "Speed") -> dict[str, str]:
     """Format a measured decoding speed as rows of a table."""
-    warm = speed.warm_first_frame_s
-    warm_text = "" if warm is None else f", {warm:.2f} s with all code loaded"
+    warm_seconds = speed.warm_first_frame_s
+    warm_text = "" if warm_seconds is None else f", {warm_seconds:.2f} s with all code loaded"
     stolen_share = speed.stolen_share
     stolen_text = (
         f"; {stolen_share:.0%} of the CPU time was taken by the host" if stolen_share else ""

@@ -193,8 +193,8 @@ def _print_result(
 ) -> None:
     from quarc_ref.evaluation.comparison import tables
 
-    for remark in tables.describe_equal_views(comparison):
-        print_message(remark)
+    for message in tables.describe_equal_views(comparison):
+        print_message(message)
     if as_json:
         report = {} if page is None else {"report": str(page)}
         print_json("compare/1", {**tables.as_json(comparison, summary), **report})

@@ -77,7 +77,7 @@ def doctor(
             document = _as_json(capture, diagnosis, capture_options, quick=quick, preset=preset)
             print_json("doctor/2", document)
         else:
-            print_fields(capture.resolve().name, _describe(diagnosis, preset))
+            print_fields(capture.resolve().name, _describe_diagnosis(diagnosis, preset))
         for finding in () if as_json else diagnosis.findings:
             print_message(f"{finding.kind}: {finding.message}")
         if diagnosis.findings:
@@ -102,7 +102,7 @@ def _examine(folder: Path, options: "ExamineOptions") -> "Diagnosis":
         raise UsageError(message) from error
 
 
-def _describe(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
+def _describe_diagnosis(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
     """Format the properties of a capture and the forecast for its encode as rows of a table."""
     rows = {"layout": diagnosis.layout or "unknown"}
     if diagnosis.capture is not None:

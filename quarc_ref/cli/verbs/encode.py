@@ -91,8 +91,8 @@ def encode(
     """Encode multi-view video into a stream."""
     del list_settings
     with report_errors():
-        to_pipe = str(output) == STANDARD_STREAM
-        if to_pipe:
+        writes_to_pipe = str(output) == STANDARD_STREAM
+        if writes_to_pipe:
             conflicting_options = {"--json": as_json, "--live": live, "--resume": resume}
             reject_conflicts("-o -", conflicting_options | {"--segments": segments is not None})
         if segments is None:
@@ -116,9 +116,9 @@ def encode(
             from quarc_ref.datasets.open_capture import CaptureOptions
 
             options = CaptureOptions(downscale, tuple(held_out or ()), start=start)
-            checks = not no_checks
+            should_check = not no_checks
             job = EncodeJob(
-                capture, options, config, frames, device, progress, findings, checks, monitor
+                capture, options, config, frames, device, progress, findings, should_check, monitor
             )
             write_mode = WriteMode(force, live, resume)
             if segments is not None:
@@ -126,7 +126,7 @@ def encode(
                 encode_to_joined_file(job, output, write_mode, segments, pool)
             else:
                 _encode_whole(job, output, write_mode)
-        if not to_pipe:
+        if not writes_to_pipe:
             seconds = round(time.monotonic() - start_time, 1)
             _print_result(output, findings, seconds, as_json=as_json)
 

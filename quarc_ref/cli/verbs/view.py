@@ -128,7 +128,9 @@ def _warn_if_incomplete(name: str, source: "Source") -> None:
         )
 
 
-def _open_server(stream: _ViewedStream, address: tuple[str, int], names: list[str]) -> "Server":
+def _open_server(
+    stream: _ViewedStream, address: tuple[str, int], host_names: list[str]
+) -> "Server":
     from quarc_ref.streams import BytesSource
     from quarc_ref.viewing.page import PLAYER_FILE, STREAM_FILE, build_page, read_player
     from quarc_ref.viewing.server import Resource, Server
@@ -141,8 +143,8 @@ def _open_server(stream: _ViewedStream, address: tuple[str, int], names: list[st
         STREAM_FILE: Resource("application/octet-stream", source_class(stream.source)),
     }
     if address[0] in _WILDCARD_ADDRESSES:
-        names = [*names, socket.gethostname()]
-    return Server(address, resources, names, print_message)
+        host_names = [*host_names, socket.gethostname()]
+    return Server(address, resources, host_names, print_message)
 
 
 def _require_host_names(names: list[str]) -> list[str]:
