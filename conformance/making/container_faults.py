@@ -75,7 +75,7 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
             name,
             clauses,
             reject_ids,
-            stream.replace_chunk(FRAM_CHUNK, flip_byte=byte_index),
+            stream.replace_chunk(FRAM_CHUNK, flipped_byte=byte_index),
             note,
         )
     yield (
@@ -241,12 +241,12 @@ def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
     """Return streams in which an ancillary chunk has a wrong payload CRC."""
     stream = parent.stream
     vectors = []
-    for name, chunk_index, flip_byte in (
+    for name, chunk_index, flipped_byte in (
         ("note", NOTE_CHUNK, 22),
         ("came", CAME_CHUNK, 40),
         ("meta", META_CHUNK, 30),
     ):
-        chunks = stream.replace_chunk(chunk_index, flip_byte=flip_byte)
+        chunks = stream.replace_chunk(chunk_index, flipped_byte=flipped_byte)
         frame_count = count_frames(chunks[:chunk_index])
         layout = assemble(chunks)
         gap = Gap(

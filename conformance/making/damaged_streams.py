@@ -107,7 +107,7 @@ def make_flip_vectors(parent: ValidStream, chunk_index: int, name: str) -> list[
             if byte_index < 4
             else ("header-crc",)
         )
-        chunks = parent.stream.replace_chunk(chunk_index, flip_byte=byte_index)
+        chunks = parent.stream.replace_chunk(chunk_index, flipped_byte=byte_index)
         note = f"one bit of byte {byte_index} of chunk {chunk_index} ({kind}) is flipped"
         vectors.append(
             _make_flip_vector(

@@ -25,7 +25,7 @@ _GAUSSIAN_AT_ORIGIN = CodedGaussian((0, 0, 0), codes=(0,) * 7)
 _HEAD_FIELDS = {"level": 10, "sh_degree": 0, "level_count": 1, "gaussians_per_anchor": 65535}
 
 
-def make_levels() -> list[ValidStream]:
+def make_level_streams() -> list[ValidStream]:
     """Return the streams that are within the limits of their levels."""
     max_gaussians, max_births, _ = LEVEL_LIMITS[10]
     full_stream = _append_death_and_birth(
@@ -125,7 +125,7 @@ def _append_update_and_birth(stream: Stream) -> Stream:
     return stream
 
 
-def make_large_payloads(levels: list[ValidStream]) -> list[Vector]:
+def make_large_payload_vectors(levels: list[ValidStream]) -> list[Vector]:
     """Return streams with payloads at the limit of a level or 1 byte longer, made on demand."""
     vectors = []
     for level, (_, _, size) in LEVEL_LIMITS.items():

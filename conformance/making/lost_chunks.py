@@ -79,7 +79,7 @@ def make_loss_vector(
         layout.data,
         outcome,
         recovery,
-        f"lost: {description}",
+        f"the stream lacks {description}",
     )
 
 
@@ -96,7 +96,7 @@ def _make_vector_without_both_ends(parent: ValidStream) -> Vector:
         layout.data,
         Outcome((), ("sequence",)),
         Recovery(parent.frames[3:8], (first_gap, last_gap)),
-        "lost: the first CANO and the last FRAM",
+        "the stream lacks the first CANO and the last FRAM",
     )
 
 

@@ -105,7 +105,7 @@ def _make_symbol_streams() -> list[ValidStream]:
     ]
 
 
-def make_births_and_deaths() -> list[ValidStream]:
+def make_birth_and_death_streams() -> list[ValidStream]:
     """Return streams with births and deaths."""
     births_stream = Stream(Head()).add_canonical(0, make_cloud(8))
     births_stream.add_frame(Change(births=make_births([0, 3, 3, 7], 1))).add_frame(
@@ -132,7 +132,7 @@ def make_births_and_deaths() -> list[ValidStream]:
     return [
         make_valid_stream(
             "streams/births",
-            "births that are bound and moved in the next frame",
+            "new Gaussians are bound and moved in the next frame",
             "7.6-1 7.6-2 7.6-3 7.6-4",
             births_stream,
         ),

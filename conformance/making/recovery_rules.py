@@ -72,11 +72,11 @@ def _make_unknown_critical_vectors(parent: ValidStream) -> Iterable[Vector]:
 def _make_frame_first_vectors(parent: ValidStream) -> Iterable[Vector]:
     head, cameras, *later_chunks = parent.stream.chunks
     frame = parent.stream.chunks[_FRAME_4_CHUNK]
-    for name, flip_byte, reject_ids, note in (
+    for name, flipped_byte, reject_ids, note in (
         ("whole", None, ("chunk-order",), ""),
         ("damaged", 30, ("payload-crc", "chunk-order"), ", and its payload is damaged"),
     ):
-        chunks = [head, cameras, replace(frame, flip_byte=flip_byte), *later_chunks]
+        chunks = [head, cameras, replace(frame, flipped_byte=flipped_byte), *later_chunks]
         offsets = assemble(chunks).offsets
         gap = Gap(offsets[2], offsets[3] - offsets[2], reject_ids[:1], None)
         recovery = Recovery(parent.frames, (gap,))
@@ -100,7 +100,7 @@ def _make_index_vectors(parent: ValidStream) -> Iterable[Vector]:
     )
     offsets, data = parent.layout.offsets, parent.layout.data
     index = data[offsets[INDX_CHUNK] + 20 : offsets[TAIL_CHUNK] - 4]
-    chunks = stream.replace_chunk(4, flip_byte=30)
+    chunks = stream.replace_chunk(4, flipped_byte=30)
     chunks[INDX_CHUNK] = replace(chunks[INDX_CHUNK], payload=index + bytes(1))
     offsets = assemble(chunks).offsets
     gaps = (
@@ -118,7 +118,7 @@ def _make_index_vectors(parent: ValidStream) -> Iterable[Vector]:
 def _make_tail_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams whose last frame is damaged and whose TAIL is wrong."""
     frames, outcome = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
-    chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK, flip_byte=30)
+    chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK, flipped_byte=30)
     with_fewer_frames = [
         *chunks[:TAIL_CHUNK],
         replace(chunks[TAIL_CHUNK], payload=pack_tail(3, 3, 0)),

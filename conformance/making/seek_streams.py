@@ -88,13 +88,13 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
     faults = {
         "payload": (
-            stream.replace_chunk(CANO_CHUNK, flip_byte=60),
+            stream.replace_chunk(CANO_CHUNK, flipped_byte=60),
             3,
             "payload-crc",
             "a payload before the seek point is damaged",
         ),
         "header": (
-            stream.replace_chunk(4, flip_byte=9),
+            stream.replace_chunk(4, flipped_byte=9),
             2,
             "header-crc",
             "a chunk header before the seek point is damaged",
@@ -106,7 +106,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
             parent, f"damaged/passed-{name}", "11.2-1", chunks, outcome, note
         )
         yield replace(vector, seek=((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:])),))
-    head = stream.replace_chunk(0, flip_byte=30)
+    head = stream.replace_chunk(0, flipped_byte=30)
     vector = make_patched_vector(
         parent,
         "damaged/passed-head",
@@ -116,7 +116,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
         "HEAD is damaged",
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
-    index = stream.replace_chunk(INDX_CHUNK, flip_byte=-20)
+    index = stream.replace_chunk(INDX_CHUNK, flipped_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
     vector = make_patched_vector(
         parent, "damaged/passed-index", "11.2-1", index, outcome, "one bit of INDX is flipped"

@@ -277,7 +277,7 @@ def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
     )
     chunks, offsets = parent.stream.chunks, parent.layout.offsets
     for chunk_index, frames_before, resume_frame, frames_lost, name, note in rows:
-        damaged_chunks = parent.stream.replace_chunk(chunk_index, flip_byte=30)
+        damaged_chunks = parent.stream.replace_chunk(chunk_index, flipped_byte=30)
         resume_index = len(chunks) - 1
         if resume_frame is not None:
             resume_index = next(

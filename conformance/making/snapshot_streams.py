@@ -57,7 +57,7 @@ def make_snapshots_journey() -> ValidStream:
     stream.finish(index=True)
     without_seek = _make_snapshot_stream("journey", "", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 12))
-    note = "CANO 0 and 8, snapshots 3, 6 and 10, motion, births, deaths, INDX"
+    note = "canonical frames 0 and 8, snapshots 3, 6 and 10, motion, births, deaths, INDX"
     clauses = "11.2-1 11.2-4 11.2-5 5.9-1 5.8-1 8.9"
     return _make_snapshot_stream("journey", note, clauses, stream, seek=seek, grow=True)
 
@@ -182,8 +182,8 @@ def _make_scene_streams() -> list[ValidStream]:
         make_unchanged_survivors([0]),
         [CodedGaussian((1048575, 0, 0)), CodedGaussian((5, 1048575, 1048575))],
     )
-    codes = [CodedGaussian((i, 0, 0), codes=((-16384, 0, 16383)[i],) * 16) for i in range(3)]
-    extreme_stream = Stream(make_snapshot_head()).add_canonical(0, codes)
+    gaussians = [CodedGaussian((i, 0, 0), codes=((-16384, 0, 16383)[i],) * 16) for i in range(3)]
+    extreme_stream = Stream(make_snapshot_head()).add_canonical(0, gaussians)
     extreme_stream.add_snapshot([
         Survivor(0, (0,) * 7 + (32767,) * 7),
         Survivor(2, (0,) * 7 + (-32767,) * 7),
@@ -238,7 +238,7 @@ def _make_plane_streams() -> list[ValidStream]:
     )
     return [
         _make_snapshot_stream(
-            "stated", "every context states a probability", "8.2-1 8.9", stated_stream.finish()
+            "stated", "every context states a probability code", "8.2-1 8.9", stated_stream.finish()
         ),
         _make_snapshot_stream(
             "without-changes",
@@ -248,7 +248,7 @@ def _make_plane_streams() -> list[ValidStream]:
         ),
         _make_snapshot_stream(
             "roomy-box",
-            "axis_bits is larger, and the origin farther away, than needed",
+            "axis_bits and the distance to the origin are larger than needed",
             "8.5-1",
             _append_frames(roomy_stream),
         ),
@@ -256,7 +256,7 @@ def _make_plane_streams() -> list[ValidStream]:
 
 
 def make_snapshot_traps() -> list[ValidStream]:
-    """Return the traps."""
+    """Return the traps for snapshots."""
     return make_trap_streams(
         (
             ("snapshots-of-the-canonical-frame", make_snapshots_of_canonical, "7.9-2"),

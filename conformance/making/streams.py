@@ -45,14 +45,14 @@ class Chunk:
         kind: Type of the chunk.
         payload: Bytes of the payload; None for an INDX or TAIL that is computed from the stream.
         sequence: Sequence number that replaces the correct one.
-        flip_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
+        flipped_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
         skipped_numbers: How many sequence numbers to skip before the chunk.
     """
 
     kind: bytes
     payload: bytes | None
     sequence: int | None = None
-    flip_byte: int | None = None
+    flipped_byte: int | None = None
     skipped_numbers: int = 0
 
     def pack(self, number: int, payload: bytes) -> bytes:
@@ -60,10 +60,10 @@ class Chunk:
         sequence = number if self.sequence is None else self.sequence
         header = pack_chunk_header(self.kind, sequence, len(payload))
         data = header + payload + struct.pack("<I", zlib.crc32(payload))
-        if self.flip_byte is None:
+        if self.flipped_byte is None:
             return data
         flipped = bytearray(data)
-        flipped[self.flip_byte] ^= 1
+        flipped[self.flipped_byte] ^= 1
         return bytes(flipped)
 
 

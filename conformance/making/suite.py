@@ -11,7 +11,7 @@ from making.coverage import make_coverage_page
 from making.damaged_streams import make_cut_vector, make_damaged_vectors
 from making.encoder_scenes import make_scenes
 from making.head_faults import make_head_faults
-from making.level_streams import make_large_payloads, make_levels
+from making.level_streams import make_large_payload_vectors, make_level_streams
 from making.payload_faults import make_payload_faults
 from making.payloads import Head
 from making.resource_streams import make_resource_vectors
@@ -46,14 +46,14 @@ def make_suite() -> dict[str, bytes]:
 
 def make_vectors() -> list[Vector]:
     """Return all vectors; parents come before their patches."""
-    streams, traps, levels = make_streams(), make_traps(), make_levels()
+    streams, traps, levels = make_streams(), make_traps(), make_level_streams()
     streams_by_name = {
         valid_stream.vector.name: valid_stream for valid_stream in (*streams, *traps, *levels)
     }
     journey, brief = streams_by_name["streams/journey"], streams_by_name["streams/brief"]
     return [
         *(_add_number_digests(valid_stream) for valid_stream in streams_by_name.values()),
-        *make_large_payloads(levels),
+        *make_large_payload_vectors(levels),
         *make_container_faults(journey),
         *make_head_faults(brief),
         *make_payload_faults(journey),

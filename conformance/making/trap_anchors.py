@@ -13,7 +13,7 @@ _TIED_SEED = 5546942  # found by search: at phase 1, ids 1 and 56 have the same 
 
 
 def make_anchor_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the traps for anchors."""
     return make_trap_streams(
         (
             ("one-place", make_one_position, "6.3 6.4"),

@@ -11,7 +11,7 @@ _ZEROS = [0] * 6
 
 
 def make_context_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the traps for contexts."""
     return make_trap_streams(
         (
             ("counts-are-halved", make_halved_counts, "8.2"),

@@ -17,7 +17,7 @@ _STEP, _EDGE = 47, 178481  # their product is POSITION_LIMIT
 
 
 def make_distance_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the traps for distances."""
     return make_trap_streams(
         (
             ("lattice-extremes", make_lattice_corners, "6.3 6.4 7.2-3"),

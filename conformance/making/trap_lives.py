@@ -15,7 +15,7 @@ _BRIGHT_BIRTH = CodedGaussian((1, 1, 0), codes=(-40, -40, -40, 99, 1, 2, 3), par
 
 
 def make_birth_and_death_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the traps for births and deaths."""
     return make_trap_streams(
         (
             ("equal-opacities", make_equal_opacities, "7.4-3"),

@@ -9,7 +9,7 @@ from making.vectors import ValidStream
 
 
 def make_rotation_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the traps for rotations."""
     return make_trap_streams(
         (
             ("signs-of-quaternions", make_negative_w_sums, "7.5 7.3-1"),
@@ -31,7 +31,7 @@ def make_negative_w_sums() -> Stream:
 
 
 def make_canceling_residuals() -> Stream:
-    """Symbols of two levels cancel, so the rotation stays the same, without being rounded again."""
+    """If the symbols of two levels cancel, the rotation is unchanged and is not rounded again."""
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     symbols, opposite_symbols = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
     # Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.

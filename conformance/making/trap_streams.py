@@ -11,7 +11,7 @@ from making.vectors import ValidStream
 
 
 def make_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the streams of all traps."""
     return [
         *make_anchor_traps(),
         *make_distance_traps(),

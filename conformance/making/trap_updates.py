@@ -20,7 +20,7 @@ _SCENE = [
 
 
 def make_update_traps() -> list[ValidStream]:
-    """Return all vectors."""
+    """Return the traps for updates."""
     return make_trap_streams(
         (
             ("updates-after-the-motion", make_change_contexts_from_motion, "7.8 8.8"),
@@ -192,7 +192,7 @@ def make_rotations_on_the_right() -> Stream:
 
 
 def make_unchanged_rotations() -> Stream:
-    """If X, Y and Z are 0, the rotation stays the same, without being rounded again."""
+    """If X, Y and Z are 0, the rotation is unchanged and is not rounded again."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(
         0, [*make_cloud(5, 92, 0), _ROUNDING_SENSITIVE_GAUSSIAN]
     )

@@ -207,7 +207,7 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
             payload_without_updates,
             "field",
             "5-1",
-            "a FRAM without the updates section",
+            "a FRAM without an updates section, although FEATURE_UPDATES is set",
         ),
         "shorter": (
             payload_with_updates[:-1],

@@ -332,7 +332,7 @@ def _make_plane_streams() -> list[ValidStream]:
             unchanged_stream,
         ),
         _make_update_stream(
-            "stated", "every context states a probability", "8.2-1 8.8", stated_stream.finish()
+            "stated", "every context states a probability code", "8.2-1 8.8", stated_stream.finish()
         ),
         _make_update_stream(
             "wide", "residuals of many magnitudes", "8.8 8.4", wide_stream.finish()

@@ -1,7 +1,7 @@
 """streams/: valid streams, each of which tests one feature."""
 
 from making.changes import Change, CodedGaussian
-from making.motion_streams import make_births_and_deaths, make_motion_streams
+from making.motion_streams import make_birth_and_death_streams, make_motion_streams
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
 from making.scenes import (
     choose_varied_codes,
@@ -58,7 +58,7 @@ def make_streams() -> list[ValidStream]:
         *(make_journey(), make_brief(), *_make_container_streams(), *_make_scene_streams()),
         *(
             *make_motion_streams(),
-            *make_births_and_deaths(),
+            *make_birth_and_death_streams(),
             *make_update_streams(),
             *make_snapshot_streams(),
         ),
@@ -198,10 +198,10 @@ def _make_field_extreme_streams() -> list[ValidStream]:
         _make_still_stream(**_MAXIMUM_HEAD_FIELDS).add_frame().finish(),
         _make_minimum_field_stream(),
     )
-    note = "minimum values of fields of HEAD, including subnormal steps and meters_per_unit -0"
+    note = "the smallest values of HEAD fields, including subnormal steps and meters_per_unit -0"
     return [
         make_valid_stream(
-            "streams/largest-fields", "maximum values of fields of HEAD", "5-3", maximum_stream
+            "streams/largest-fields", "the largest values of HEAD fields", "5-3", maximum_stream
         ),
         make_valid_stream("streams/least-fields", note, "5-3", minimum_stream),
     ]
@@ -270,7 +270,7 @@ def _make_scene_streams() -> list[ValidStream]:
         ),
         make_valid_stream(
             "streams/stated",
-            "every context states a probability",
+            "every context states a probability code",
             "8.2-1",
             Stream(Head())
             .add_canonical(0, make_cloud(9), choose_varied_codes)
@@ -285,13 +285,13 @@ def _make_scene_streams() -> list[ValidStream]:
         ),
         make_valid_stream(
             "streams/stated-codes",
-            "stated codes 0, 119, 120 and 239",
+            "stated probability codes 0, 119, 120 and 239",
             "8.2-1",
             Stream(Head()).add_canonical(0, make_cloud(9), _choose_extreme_codes).finish(),
         ),
         make_valid_stream(
             "streams/roomy-box",
-            "axis_bits is larger, and the origin farther away, than needed",
+            "axis_bits and the distance to the origin are larger than needed",
             "8.5-1",
             Stream(Head())
             .add_canonical(0, make_cloud(5), origin=(-90, -80, -70), axis_bits=19)

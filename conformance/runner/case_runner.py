@@ -9,7 +9,7 @@ from runner.cases import Case
 from runner.judge import Verdict, judge
 from runner.limits import Limits
 from runner.manifest import Suite
-from runner.process import CRASH, STATUS, Decoder, FaultError
+from runner.process import CRASH, STATUS, CodecProcess, FaultError
 
 Line = dict[str, Any]
 _EXIT_STATUS = {"refused": 1, "declined": 3}
@@ -18,7 +18,7 @@ _STARTUP_SECONDS = 20.0
 
 def query_capabilities(command: str, limits: Limits) -> Line:
     """Return the line that a decoder prints with `--capabilities`; empty if it prints none."""
-    decoder = Decoder(command, Limits(_STARTUP_SECONDS, limits.memory_mib), "--capabilities")
+    decoder = CodecProcess(command, Limits(_STARTUP_SECONDS, limits.memory_mib), "--capabilities")
     decoder.send(b"", last=True)
     capabilities: Line = {}
     with suppress(FaultError):
@@ -42,7 +42,7 @@ class CaseRunner:
         self._suite = suite
         self._limits = limits
         self._jobs = jobs
-        self._worker: Decoder | None = None
+        self._worker: CodecProcess | None = None
 
     def run_case(self, case: Case) -> Verdict:
         """Run one case, and return the verdict on the decoder."""
@@ -61,7 +61,7 @@ class CaseRunner:
             self._worker = None
 
     def _run_single(self, case: Case) -> list[Line]:
-        decoder = Decoder(self._command, self._limits)
+        decoder = CodecProcess(self._command, self._limits)
         try:
             decoder.send(self._suite.read_stream(case.vector), last=True)
             lines = list(decoder.read_lines())
@@ -82,7 +82,7 @@ class CaseRunner:
             FaultError: The decoder gives no answer, or exceeds a limit.
         """
         if self._worker is None:
-            self._worker = Decoder(self._command, self._limits, "--jobs")
+            self._worker = CodecProcess(self._command, self._limits, "--jobs")
         worker = self._worker
         worker.begin_case()
         worker.send(json.dumps(job | {"bytes": len(stream)}).encode() + b"\n" + stream)
@@ -96,7 +96,7 @@ class CaseRunner:
     def _run_growing(self, case: Case) -> Verdict:
         """Feed a stream chunk by chunk; the decoder must print each frame before the next chunk."""
         stream, printed_lines = self._suite.read_stream(case.vector), []
-        decoder = Decoder(self._command, self._limits)
+        decoder = CodecProcess(self._command, self._limits)
         lines = decoder.read_lines()
         try:
             for chunk, is_frame in split_chunks(stream):
@@ -125,7 +125,7 @@ def _next_line(lines: Iterator[Line], number: int) -> Line:
     return line
 
 
-def _check_status(decoder: Decoder, lines: list[Line]) -> None:
+def _check_status(decoder: CodecProcess, lines: list[Line]) -> None:
     """Raise `FaultError` if the exit status does not match the printed lines."""
     status = decoder.finish()
     last_line = lines[-1] if lines else {}

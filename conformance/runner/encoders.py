@@ -15,7 +15,7 @@ from runner.cases import Case
 from runner.judge import PASS, Verdict
 from runner.limits import Limits
 from runner.manifest import Suite
-from runner.process import Decoder, FaultError
+from runner.process import CodecProcess, FaultError
 
 Line = dict[str, Any]
 Rows = list[tuple[float, ...]]
@@ -77,7 +77,7 @@ def judge_encoder(scene: Line, declared: list[Line], stream: bytes, decoded: lis
 
 
 def _encode(encoder: str, scene: Path, output: Path, limits: Limits) -> list[Line]:
-    process = Decoder(encoder, limits, str(scene), str(output))
+    process = CodecProcess(encoder, limits, str(scene), str(output))
     try:
         process.send(b"", last=True)
         lines = list(process.read_lines())

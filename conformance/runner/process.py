@@ -34,8 +34,8 @@ class StartError(Exception):
     """A command cannot be started; this is a mistake of the user, not of the decoder."""
 
 
-class Decoder:
-    """The process of a decoder.
+class CodecProcess:
+    """The process of a decoder or an encoder.
 
     Args:
         command: Command line in shell syntax; it is run without a shell.

@@ -1,6 +1,6 @@
 """Decodes many streams in one process: the jobs of conformance/RUNNER.md.
 
-A job is a line of JSON on standard input, followed by as many bytes of a stream as it states. The
+A job is a line of JSON on standard input, which states how many bytes of a stream follow it. The
 answer consists of JSON lines; the last line has the key `done`.
 """
 
@@ -38,7 +38,7 @@ CAPABILITIES: Line = {
 
 
 def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
-    """Run jobs until the input ends."""
+    """Answer jobs until the input ends."""
     while request := requests.readline():
         job = json.loads(request)
         stream = requests.read(job.get("bytes", 0))
