@@ -2,7 +2,7 @@
 
 Each pair of signals has a correlation curve: the normalized cross-correlation at every shift. The
 shifts of all cameras are estimated together, by maximizing the sum of the correlations of all
-pairs. This limits the influence of two signals that happen to match at a wrong shift.
+pairs. Maximizing the sum limits the influence of two signals that happen to match at a wrong shift.
 """
 
 from collections.abc import Callable, Sequence

@@ -144,7 +144,7 @@ def _find_max_offset_difference(first: Offsets, second: Offsets) -> float:
 def _estimate_poses(
     recordings: Recordings, offsets: Offsets, options: CalibrateOptions
 ) -> tuple[Solution, int]:
-    """Add moments until enough cameras have poses; return the poses and the moment count."""
+    """Add moments until the poses are well supported; return poses and moment count."""
     names, pictures = recordings.names, recordings.pictures
     first_frames = CaptureNotes(offsets.frames).first_frames(names)
     synchronized_pictures = SynchronizedPictures(pictures, [first_frames[name] for name in names])
@@ -181,7 +181,7 @@ def _has_sufficient_support(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return the frames to use; by default, even the first few span the recording."""
+    """Return the frames to use, ordered by default so that the first few are far apart."""
     if frame_count < 1:
         message = (
             "after synchronization, no frame is common to all cameras; use --sync none to "
@@ -197,8 +197,8 @@ def _build_scene(
 ) -> tuple[Solution, World, Points]:
     """Return the solution, the cameras in final world coordinates, and points at frame 0.
 
-    A few wrong matches can be consistent with a wrong pose. A camera with few supported
-    points is therefore left out if its picture does not match the projected scene points.
+    A few wrong matches can be consistent with a wrong pose, so a camera with few supported
+    points is left out if its picture does not match the projected scene points.
     """
     world = define_world(solution.cameras, solution.points, options.up, options.distance)
     first_frame = read_first_frame(world.cameras, recordings, offsets.frames)

@@ -2,7 +2,7 @@
 
 Cameras do not move, so the features of all moments can be treated as those of one picture.
 Detections that agree in position, size and orientation at several moments are merged into one
-feature. Without this, a wrong match of static texture would be counted once per moment.
+feature. Without merging, a wrong match of static texture would be counted once per moment.
 """
 
 from collections.abc import Sequence
@@ -71,7 +71,7 @@ def keep_one_to_one(pairs: Indices) -> Indices:
 
 
 def _group_keypoints(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
-    """Return the `[K]` indices of the merged features of the keypoints; -1 for new features."""
+    """Return `[K]`: the index of each keypoint's merged feature, or -1 if there is none."""
     indices = np.full(len(keypoints), -1, np.int64)
     if not len(fused) or not len(keypoints):
         return indices

@@ -116,7 +116,7 @@ def find_offsets(
 def estimate_offsets_from_poses(
     cameras: Sequence[CalibratedCamera], motions: Mapping[str, Motion]
 ) -> Offsets:
-    """Estimate offsets anew from the poses and the motion, without the previous offsets.
+    """Estimate offsets from motion and camera poses; earlier offsets are not used.
 
     Args:
         cameras: Cameras with poses.

@@ -46,7 +46,7 @@ def refine_reconstruction(
 
 
 def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
-    """Return, by image id, how many points of the image at least two other images also see."""
+    """Return, by image id, the number of points that at least two other images also see."""
     support = {index: 0 for index, image in model.images.items() if image.has_pose}
     for point in model.points3D.values():
         images = {element.image_id for element in point.track.elements}

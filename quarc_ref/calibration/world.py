@@ -130,7 +130,7 @@ def _find_plane_normal(cameras: Sequence[CalibratedCamera], mean_up: Float64Arra
 
 
 def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
-    """Return the point nearest to all optical axes, or the median point if that is unusable."""
+    """Return the point nearest to all optical axes, or the median point as a fallback."""
     projection_sum, weighted_sum = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
         direction = camera.pose.rotation[2]

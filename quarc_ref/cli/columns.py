@@ -27,7 +27,7 @@ COMPARE_COLUMNS = {
     "Mb/s": "megabits per second at the capture's frame rate.",
     "dB to first": "difference in PSNR from the first entry, computed for each view and averaged.",
     "better": "share of the views in which the entry has a higher PSNR than the first entry.",
-    "BD-rate": "difference in bytes from the first method at equal PSNR; negative is smaller.",
+    "BD-rate": "difference in bytes from the first method at equal PSNR; negative means fewer.",
     "BD-PSNR": "difference in PSNR from the first method at equal bytes.",
 }
 INFO_ROWS = {

@@ -52,7 +52,7 @@ def choose_camera(
 
 
 def require_pixel_limit(camera: "Camera", max_pixels: int) -> None:
-    """Raise UsageError, which suggests options, if the pictures have too many pixels."""
+    """Raise UsageError if pictures have too many pixels; the message suggests options."""
     pixels = camera.width * camera.height
     if pixels > max_pixels:
         message = (

@@ -2,7 +2,7 @@
 
 Sparse points exist only at distinctive image features, and training from few initial points gives
 lower quality. A pixel becomes a point if at least three cameras, including its own, see a surface
-at the pixel's depth. It is rejected if at least as many cameras see a surface behind it.
+at the pixel's depth, and if these cameras outnumber those that see a surface behind it.
 """
 
 from collections.abc import Sequence
@@ -101,7 +101,7 @@ def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthV
 def _measure_agreement(
     positions: NDArray[np.floating], depth_views: Sequence[_DepthView]
 ) -> _DepthAgreement:
-    """Count, for each point, the cameras that see a surface at the point or behind it."""
+    """For each point, count the cameras that see a surface there, and those that see one behind."""
     agreeing_count, contradicting_count = np.zeros((2, len(positions)), np.int64)
     ratio_sum = np.zeros(len(positions))
     for depth_view in depth_views:

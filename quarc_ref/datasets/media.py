@@ -1,9 +1,9 @@
 """Opens pictures and videos for FFmpeg; no other module passes file names to FFmpeg.
 
 FFmpeg can also open URLs, and playlists that refer to other files and hosts. The functions in this
-module restrict FFmpeg to regular local files in the formats that captures use. They also make the
-decoders reject oversized pictures before allocating memory, even if the picture size changes in
-the middle of a video.
+module restrict FFmpeg to regular local files in the formats that captures use. The functions also
+make the decoders reject oversized pictures before allocating memory, even if the picture size
+changes in the middle of a video.
 """
 
 import stat

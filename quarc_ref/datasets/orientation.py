@@ -1,7 +1,7 @@
 """Rotates the frames of a video upright, according to the video's display matrix.
 
-Players, `ffmpeg` and OpenCV rotate videos that were recorded with the camera on its side. Poses and
-intrinsics are therefore expected to refer to upright pictures.
+Players, `ffmpeg` and OpenCV rotate videos that were recorded with the camera on its side, so poses
+and intrinsics are expected to refer to upright pictures.
 """
 
 from collections.abc import Mapping

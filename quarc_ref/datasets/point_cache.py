@@ -2,7 +2,7 @@
 
 Triangulation takes ten seconds or more. The user's cache directory (`~/.cache/quarc-ref/points` on
 Linux) has one PLY file per combination of capture, training cameras and version of the
-triangulation code. It is safe to delete these files.
+triangulation code. It is safe to delete the cached files.
 """
 
 import hashlib

@@ -1,9 +1,9 @@
 """Triangulates initial points for captures that have none.
 
 pycolmap detects SIFT features in frame 0 of every camera, matches all pairs of cameras, and
-verifies the matches with the known poses. It then triangulates points without changing the poses
-and lenses. The points determine the range of depths that `dense_points` searches. All seeds are
-fixed, so the result is deterministic.
+verifies the matches with the known poses. pycolmap then triangulates points without changing the
+poses and lenses. The points determine the range of depths that `dense_points` searches. All seeds
+are fixed, so the result is deterministic.
 """
 
 import tempfile

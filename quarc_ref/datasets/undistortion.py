@@ -1,7 +1,7 @@
 """Undistorts and downscales pictures.
 
 The pinhole picture shows the largest axis-aligned rectangle inside the distorted picture, so every
-pinhole pixel has a color. In OpenCV, pixel centers are at whole numbers. Half a pixel is therefore
+pinhole pixel has a color. In OpenCV, pixel centers are at whole numbers, so half a pixel is
 subtracted from principal points before OpenCV is called, and added afterwards.
 """
 
@@ -106,7 +106,7 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _undistort_borders(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return the interval at depth 1 that lies inside two opposite borders at all their pixels.
+    """Return the largest interval at depth 1 between two opposite undistorted borders.
 
     Args:
         lens: A lens with distortion.

@@ -1,8 +1,8 @@
 """Writes files that become visible only when they are complete.
 
 A file is written next to its target under a new random name, so that no existing link is followed,
-and is renamed to its target when it is complete. It gets the permissions of a new file, even if it
-replaces a file with different permissions.
+and is renamed to its target when it is complete. The file gets the permissions of a new file, even
+if it replaces a file with different permissions.
 """
 
 import os

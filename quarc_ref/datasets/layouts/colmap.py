@@ -1,8 +1,8 @@
 """Loads captures calibrated by COLMAP: a COLMAP model, and pictures or videos of its cameras.
 
 The model (colmap.github.io/format.html) consists of binary or text files in `sparse/0`, in
-`sparse`, or directly in the capture's folder. It has one image per camera, because cameras are
-static. The module `arrangements` finds the pictures: `images/cam00.png` as in COLMAP,
+`sparse`, or directly in the capture's folder. The model has one image per camera, because cameras
+are static. The module `arrangements` finds the pictures: `images/cam00.png` as in COLMAP,
 `images/cam00/0000.png`, `frames/0000/cam00.png`, or videos next to the model. Pictures with lens
 distortion are undistorted when they are read. Pictures of cameras that are not in the model are
 ignored.

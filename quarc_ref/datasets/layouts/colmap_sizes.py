@@ -1,8 +1,8 @@
 """Checks that the binary files of a COLMAP model are complete.
 
 pycolmap does not check file sizes. If a file is truncated, pycolmap may read wrong counts, allocate
-memory for them, and loop for minutes. Files with records of variable length are therefore checked
-before pycolmap opens them.
+memory for them, and loop for minutes. This module therefore checks all files whose records vary in
+length before pycolmap opens them.
 """
 
 import struct
@@ -75,7 +75,7 @@ def _skip_rig(data: bytes, position: int) -> int:
 
 
 def _skip_frame(data: bytes, position: int) -> int:
-    """Return the offset at which a frame record ends: id, rig id, pose and list of images."""
+    """Return the offset at which a frame record (id, rig id, pose and images) ends."""
     position += 4 + 4 + _RIGID_POSE_BYTES
     (count,) = _SHORT_COUNT_STRUCT.unpack_from(data, position)
     return position + _SHORT_COUNT_STRUCT.size + _FRAME_DATA_BYTES * int(count)

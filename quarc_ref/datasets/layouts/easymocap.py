@@ -1,12 +1,12 @@
 """Loads captures calibrated by EasyMocap: `intri.yml`, `extri.yml` and pictures or videos.
 
 EasyMocap's documentation describes the layout ("Camera calibration" and "Data preparation",
-github.com/zju3dv/EasyMocap). ENeRF-Outdoor and other captures from ZJU also use it. Pictures are
-stored as `images/00/000000.jpg` or in videos such as `videos/00.mp4`. The YAML files have the
-format of OpenCV's FileStorage. They have a list `names`, and the following matrices for each camera
-NAME: `K_NAME` (3x3), `dist_NAME` (k1, k2, p1, p2, k3), `T_NAME` (3), and the rotation from world to
-camera as a matrix `Rot_NAME` (3x3) or a vector `R_NAME` (3). Pixel centers are at whole numbers, as
-in OpenCV.
+github.com/zju3dv/EasyMocap). ENeRF-Outdoor and other captures from ZJU also use this layout.
+Pictures are stored as `images/00/000000.jpg` or in videos such as `videos/00.mp4`. The YAML files
+have the format of OpenCV's FileStorage. The files have a list `names`, and the following matrices
+for each camera NAME: `K_NAME` (3x3), `dist_NAME` (k1, k2, p1, p2, k3), `T_NAME` (3), and the
+rotation from world to camera as a matrix `Rot_NAME` (3x3) or a vector `R_NAME` (3). Pixel centers
+are at whole numbers, as in OpenCV.
 """
 
 from collections.abc import Mapping

@@ -5,8 +5,8 @@ An HD camera has a video `hdVideos/hd_00_00.mp4`, or pictures `hdImgs/00_00/00_0
 the toolbox extracts. A VGA camera has a video `vgaVideos/vga_01_01.mp4`, or pictures in
 `vgaImgs/01_01`. For each camera, the calibration file gives `K`, `distCoef` (k1, k2, p1, p2, k3),
 `R` and `t` (world to camera, centimeters) and `resolution`. Pixel centers are at whole numbers, as
-in OpenCV. If there are recordings of HD cameras, only these cameras are loaded. If there are none,
-the VGA cameras that have recordings are loaded.
+in OpenCV. If there are recordings of HD cameras, only these cameras are loaded. If there are no
+recordings of HD cameras, the VGA cameras that have recordings are loaded.
 """
 
 import json

@@ -164,8 +164,8 @@ def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     """Return a name for each group of paths.
 
     A group is named after the common file name of its paths (`0000/cam00.png`), or after their
-    common folder (`cam00/0000.png`). If neither gives a distinct name to every group, the groups
-    are numbered.
+    common folder (`cam00/0000.png`). If neither rule gives a distinct name to every group, the
+    groups are numbered.
     """
     name_functions: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,
