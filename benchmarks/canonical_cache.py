@@ -58,7 +58,7 @@ class CanonicalCache:
         checkpoint: Checkpoint | None = None,
     ) -> Attributes:
         """Load the canonical frame, or train and save it; called like `train_canonical`."""
-        path = self._folder / f"{self._digest(objective)}.npz"
+        path = self._folder / f"{self._compute_digest(objective)}.npz"
         if not path.is_file():
             start = time.perf_counter()
             attributes = train_canonical(context, points, objective, checkpoint)
@@ -74,7 +74,7 @@ class CanonicalCache:
         with patch.object(encode_stream, "train_canonical", self.train):
             yield
 
-    def _digest(self, objective: CanonicalObjective) -> str:
+    def _compute_digest(self, objective: CanonicalObjective) -> str:
         header = objective.header
         steps = (
             position_step(header), header.rotation_bits, header.log_scale_step,

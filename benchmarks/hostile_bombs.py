@@ -123,7 +123,7 @@ def main() -> None:
         print(json.dumps(measure(arguments.measure, arguments.engine)))
         return
     arguments.out.mkdir(parents=True, exist_ok=True)
-    rows = list(_list_rows(arguments.out, arguments.engine))
+    rows = list(_measure_streams(arguments.out, arguments.engine))
     if arguments.json:
         print(json.dumps(rows, indent=2))
     else:
@@ -131,7 +131,7 @@ def main() -> None:
             print("| " + " | ".join(map(str, row.values())) + " |")
 
 
-def _list_rows(folder: Path, engine: str) -> Iterator[dict[str, object]]:
+def _measure_streams(folder: Path, engine: str) -> Iterator[dict[str, object]]:
     for level, arrangement, has_births in product(_LEVELS, _ARRANGEMENTS, (False, True)):
         path = folder / f"{level} {arrangement}{' with births' * has_births}.quarc"
         if not path.exists():

@@ -41,7 +41,7 @@ Float64 = NDArray[np.float64]
 _UNITS_PER_METER = 1 << 12
 _MOVER_COUNT = 8
 _NONZERO_SHARE = 0.07
-_FOLLOWING_SHARES = (0.10, 0.25, 0.45)
+_MOVING_GAUSSIAN_SHARES = (0.10, 0.25, 0.45)
 _UPDATED_FIELD_SHARE = 0.5
 _EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
@@ -249,7 +249,7 @@ def _make_movers(
             ),
             share,
         )
-        for share in _FOLLOWING_SHARES
+        for share in _MOVING_GAUSSIAN_SHARES
     ]
     return _Movers(centers, velocities, tuple(radii))
 

@@ -14,12 +14,12 @@ def read_requirements() -> list[str]:
     return [line for line in lines if line]
 
 
-def fetch_wheels(folder: Path, python: str) -> int:
+def fetch_wheels(folder: Path, python_version: str) -> int:
     """Download the wheels into a folder.
 
     Args:
         folder: Folder for the wheels, created if it does not exist.
-        python: Python version of the wheels, such as 3.12.
+        python_version: Python version of the wheels, such as 3.12.
 
     Returns:
         Exit code of pip.
@@ -30,7 +30,7 @@ def fetch_wheels(folder: Path, python: str) -> int:
     command = [sys.executable, "-m", "pip", "download", "--no-deps", "--only-binary=:all:"]
     command += [
         *platform_options,
-        f"--python-version={python}",
+        f"--python-version={python_version}",
         "--dest",
         str(folder),
         "-r",

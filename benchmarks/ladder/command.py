@@ -60,8 +60,8 @@ def main(command_line: Sequence[str] | None = None) -> int:
     try:
         config = make_config(arguments.preset, arguments.set, arguments.seed)
         with fixed_threads():
-            start = _open_start(arguments, config)
-            print(_fill_ladder(start, tasks, config, arguments.out), end="")
+            start = _open_start_frame(arguments, config)
+            print(_compute_table(start, tasks, config, arguments.out), end="")
     except (UsageError, MismatchError, CaptureError, QuarcError, OSError) as error:
         write_status(f"ladder.py: {error}")
         return 2
@@ -71,7 +71,9 @@ def main(command_line: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _fill_ladder(start: StartFrame, tasks: list[Task], config: EncoderConfig, folder: Path) -> str:
+def _compute_table(
+    start: StartFrame, tasks: list[Task], config: EncoderConfig, folder: Path
+) -> str:
     """Compute the missing rows; write the table of all rows, and return it."""
     context = open_training_context(start.capture, "cpu", config.seed, NullProgress())
     start.ladder.compute_missing(tasks, context)
@@ -82,7 +84,7 @@ def _fill_ladder(start: StartFrame, tasks: list[Task], config: EncoderConfig, fo
     return table
 
 
-def _open_start(arguments: argparse.Namespace, config: EncoderConfig) -> StartFrame:
+def _open_start_frame(arguments: argparse.Namespace, config: EncoderConfig) -> StartFrame:
     """Return the start frame of all rungs; without `--stream`, encode the capture up to that frame.
 
     Raises:

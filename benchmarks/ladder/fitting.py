@@ -26,7 +26,7 @@ Rates = list[float]  # learning rates in the order of `Attributes`
 
 _FIELD_ORDER = ("translation", "rotation", "log-scales", "opacity", "SH DC", "SH rest")
 _TRANSLATION, _ROTATION, *_, _SH_REST = range(len(_FIELD_ORDER))
-_DELETION_TIME = (
+_DELETION_PROGRESS = (
     0.5  # share of the iterations; afterwards, Gaussians can compensate for the deletions
 )
 
@@ -108,7 +108,7 @@ def _fit_free_gaussians(
     trainer = Trainer(start_attributes, tuple(rates))
     views = context.views.shuffled_indices(context.generator(frame, "ladder"))
     for step in range(iterations):
-        if "deaths" in rung.free and step == round(_DELETION_TIME * iterations):
+        if "deaths" in rung.free and step == round(_DELETION_PROGRESS * iterations):
             deletion_mask = choose_deletions(
                 context, trainer.attributes.detached(), frame, config.motion.lambda_dssim
             )

@@ -49,7 +49,7 @@ def measure_stream(
         if lpips is not None:
             lpips_values.append(_measure_lpips(views, lpips.measure))
     groups = {"held_out": held_out.quality, "training": training.quality}
-    figures = measure_size(summary)
+    figures = summarize_sizes(summary)
     for group, quality in groups.items():
         figures |= {f"{group}_{name}": value for name, value in quality.mean().items()}
         figures[f"{group}_slope"] = fit_slope(quality.psnr)
@@ -58,7 +58,7 @@ def measure_stream(
     return figures, per_frame
 
 
-def measure_size(summary: StreamSummary) -> Figures:
+def summarize_sizes(summary: StreamSummary) -> Figures:
     """Return the number of Gaussians of a stream, and its bytes by kind.
 
     Args:

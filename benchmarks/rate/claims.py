@@ -42,16 +42,16 @@ class Claim:
         }
 
 
-def amortize(once_bytes: float, frame_bytes: Sequence[float]) -> float:
-    """Return the bytes per frame if `once_bytes` are spread over `AMORTIZED_FRAMES` frames.
+def amortize(one_time_bytes: float, frame_bytes: Sequence[float]) -> float:
+    """Return the bytes per frame if `one_time_bytes` are spread over `AMORTIZED_FRAMES` frames.
 
     Args:
-        once_bytes: Bytes of the canonical frame, and of all other data that occur only once in a
+        one_time_bytes: Bytes of the canonical frame, and of all other data that occur only once in a
             stream.
         frame_bytes: Bytes of each measured later frame; all later frames are assumed to take their
             mean.
     """
-    return once_bytes / AMORTIZED_FRAMES + mean(frame_bytes)
+    return one_time_bytes / AMORTIZED_FRAMES + mean(frame_bytes)
 
 
 def amortize_file(summary: StreamSummary) -> float:

@@ -22,7 +22,7 @@ from rate.rows import (
     Row,
     list_compressor_rows,
     list_fourdgs_rows,
-    list_own_rows,
+    list_stream_rows,
     make_still_row,
 )
 from rate.sweep import make_hull_claim, measure_sweep
@@ -34,28 +34,28 @@ _DESCRIPTION = (
 _MAX_STILL_SIZE_RATIOS = {"spz": 0.8, "sog": 1.0}
 
 
-def compare(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
+def measure_capture(job: Job, folder: Path, results: Results, *, with_paper: bool) -> None:
     """Measure a capture, and add its rows, claims and points to the results."""
     stream = measure(job, folder)
-    own_rows = list_own_rows(stream)
+    stream_rows = list_stream_rows(stream)
     still_rows = {
         format_name: make_still_row(stream, format_name, folder) for format_name in STILL_FORMATS
     }
     fourdgs_rows = list_fourdgs_rows(stream)
     results.add(
-        stream, [*own_rows, *list_compressor_rows(stream), *still_rows.values(), *fourdgs_rows]
+        stream, [*stream_rows, *list_compressor_rows(stream), *still_rows.values(), *fourdgs_rows]
     )
     claims = list_motion_claims(stream.summary)
     for format_name, row in still_rows.items():
         claims += _list_still_claims(stream, row, _MAX_STILL_SIZE_RATIOS[format_name])
     if with_paper:
         paper_stream = measure(replace(job, preset=PAPER_PRESET, changes=()), folder)
-        results.add(paper_stream, list_own_rows(paper_stream))
+        results.add(paper_stream, list_stream_rows(paper_stream))
         claims += list_paper_claims(
             stream.summary, stream.psnr, paper_stream.summary, paper_stream.psnr
         )
     claims += list_fourdgs_claims(stream.summary, fourdgs_rows[0].canonical, fourdgs_rows[0].total)
-    results.claims[own_rows[0].capture] = claims
+    results.claims[stream_rows[0].capture] = claims
 
 
 def main() -> None:
@@ -68,7 +68,7 @@ def main() -> None:
         capture = trace_capture_if_missing(name, folder)
         held_out = tuple(arguments.held_out)
         job = Job(capture, arguments.preset, (), arguments.frames, arguments.downscale, held_out)
-        compare(job, folder, results, with_paper=not arguments.no_paper)
+        measure_capture(job, folder, results, with_paper=not arguments.no_paper)
         if arguments.sweep:
             points = measure_sweep(
                 replace(job, frames=arguments.sweep_frames or job.frames), folder
@@ -102,7 +102,9 @@ def _parse_arguments() -> argparse.Namespace:
     add("--preset", choices=sorted(PRESETS), default="main")
     add_capture_options(parser)
     add(
-        "--no-paper", action="store_true", help="do not compare with a stream of the preset `paper`"
+        "--no-paper",
+        action="store_true",
+        help="do not compare with a stream of the preset `paper`",
     )
     add("--sweep", action="store_true", help="also measure variations of the preset's settings")
     add("--sweep-frames", type=int, metavar="N", help="number of frames in each stream of --sweep")

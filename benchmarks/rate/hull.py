@@ -26,7 +26,9 @@ def find_upper_hull(points: Sequence[Point]) -> list[Point]:
     for point in sorted(points, key=lambda candidate: (candidate.kilobytes, -candidate.psnr)):
         if hull and point.psnr <= hull[-1].psnr:
             continue
-        while len(hull) > 1 and _slope(hull[-2], hull[-1]) <= _slope(hull[-1], point):
+        while len(hull) > 1 and _compute_slope(hull[-2], hull[-1]) <= _compute_slope(
+            hull[-1], point
+        ):
             hull.pop()
         hull.append(point)
     return hull
@@ -43,12 +45,14 @@ def measure_gap_to_hull(point: Point, hull: Sequence[Point]) -> float:
         return 0.0  # without rounding errors
     for lower, upper in pairwise(hull):
         if lower.kilobytes <= point.kilobytes <= upper.kilobytes:
-            hull_psnr = lower.psnr + _slope(lower, upper) * (point.kilobytes - lower.kilobytes)
+            hull_psnr = lower.psnr + _compute_slope(lower, upper) * (
+                point.kilobytes - lower.kilobytes
+            )
             return max(0.0, hull_psnr - point.psnr)
     nearest_point = hull[-1] if point.kilobytes > hull[-1].kilobytes else hull[0]
     return max(0.0, nearest_point.psnr - point.psnr)
 
 
-def _slope(start: Point, end: Point) -> float:
+def _compute_slope(start: Point, end: Point) -> float:
     """Return the slope in dB per KB from a point to another point with a higher rate."""
     return (end.psnr - start.psnr) / (end.kilobytes - start.kilobytes)

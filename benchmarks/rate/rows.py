@@ -52,7 +52,7 @@ class Row:
     remark: str = ""
 
 
-def list_own_rows(stream: MeasuredStream) -> list[Row]:
+def list_stream_rows(stream: MeasuredStream) -> list[Row]:
     """Return the row of the stream itself, and that of the zero-order estimate for its symbols."""
     blank_row = _make_blank_row(stream)
     coded_bytes, psnr = stream.summary.coded_bytes(), stream.psnr

@@ -45,7 +45,7 @@ def list_variations(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     for factor in _STEP_FACTORS:
         yield f"steps x {factor:g}", _change_step(config, factor)
     for factor in _GAUSSIANS_PER_ANCHOR_FACTORS:
-        count = _scale(config.stream.gaussians_per_anchor, factor)
+        count = _scale_and_round(config.stream.gaussians_per_anchor, factor)
         yield f"{count} Gaussians per anchor", (("stream.gaussians_per_anchor", f"{count}"),)
 
 
@@ -83,10 +83,10 @@ def make_hull_claim(points: Sequence[Point]) -> Claim:
 
 def _change_step(config: EncoderConfig, factor: float) -> Changes:
     """Return changes that multiply the translation step and the rotation step by a factor."""
-    unity = min(_scale(config.stream.rotation_unity, 1 / factor), ROTATION_UNITY_LIMIT)
-    step = _scale(config.stream.translation_step, factor)
+    unity = min(_scale_and_round(config.stream.rotation_unity, 1 / factor), ROTATION_UNITY_LIMIT)
+    step = _scale_and_round(config.stream.translation_step, factor)
     return (("stream.translation_step", f"{step}"), ("stream.rotation_unity", f"{unity}"))
 
 
-def _scale(number: int, factor: float) -> int:
+def _scale_and_round(number: int, factor: float) -> int:
     return max(1, round(number * factor))

@@ -164,7 +164,7 @@ def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(mo
 
 
 def test_with_free_motion_no_gaussian_dies():
-    assert len(_fit_rung("own")[1].alive) == _begin_frame().scene.count
+    assert len(_fit_rung("own")[1].survivors) == _begin_frame().scene.count
 
 
 def test_an_offset_of_whole_steps_is_found_and_decoded_exactly():
