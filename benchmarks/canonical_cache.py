@@ -41,8 +41,8 @@ class CanonicalCache:
             steps.
 
     Attributes:
-        seconds: Time that training the canonical frame took, in seconds; if it was loaded, the time
-            stored with it; 0 before `train` is called.
+        seconds: Training time of the canonical frame in seconds, even if the frame was loaded; 0
+            before `train` is called.
     """
 
     def __init__(self, folder: Path, inputs: Sequence[object]) -> None:

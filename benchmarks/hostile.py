@@ -9,8 +9,8 @@ the reference engine and by the fast engine, which must agree.
 An interrupted run can be resumed with the same command. A series and a number identify a stream:
 `--series S --only N` decodes stream N of series S again. Streams that fail are saved in the folder
 `failures` of the series. The exit code is 1 if decoding a stream took more than 2 seconds of
-processor time or 512 MiB of memory, or raised an unexpected exception. The exit code is also 1 if
-any reject id was not produced by the structured streams.
+processor time or 512 MiB of memory, or raised an unexpected exception. With `--structured`, the
+exit code is also 1 if some reject ids never occurred.
 """
 
 import sys

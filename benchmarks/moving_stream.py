@@ -147,7 +147,7 @@ def make_gaussians(count: int, rng: np.random.Generator) -> Gaussians:
 
 
 def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
-    """Return positions `[3, count]` in meters on walls and furniture, in clusters and around."""
+    """Return positions `[3, count]` in meters: walls, furniture, clusters and surroundings."""
     walls = rng.uniform(-1, 1, (3, count)) * [[4], [2], [3]]
     axes = rng.integers(0, 3, count)
     walls[axes, np.arange(count)] = (
@@ -170,7 +170,7 @@ def _make_points(count: int, rng: np.random.Generator) -> np.ndarray:
 
 
 def _make_small_components(count: int, rng: np.random.Generator) -> Int64:
-    """Return the three smallest components of random unit quaternions, `[3, count]` in 1/64."""
+    """Return the small components `[3, count]` of random unit quaternions, in units of 1/64."""
     magnitudes = np.sort(np.abs(_normalize(rng.normal(size=(4, count)))), axis=0)[:3]
     signs = rng.choice([-1, 1], (3, count))
     components: Int64 = np.trunc(magnitudes * 64 * signs).astype(np.int64)

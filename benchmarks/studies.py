@@ -69,7 +69,7 @@ def run_missing(
 
 
 def average_stage_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:
-    """Return the seconds of the canonical frame, and of each stage the mean per later frame.
+    """Return the seconds of the canonical frame, and the mean of each stage per later frame.
 
     Args:
         seconds: Total seconds by stage, from a `StageTimer`.

@@ -2,8 +2,8 @@
 
 Renders random scenes with gsplat (with numba in a dry run), and compares pictures, alphas and
 gradients with those of the numba renderer in float32 and of the torch renderer in float64. A few
-pixels can differ, because a value is close to a threshold at which renderers skip a Gaussian or
-stop.
+pixels can differ where a value is close to a threshold at which a renderer skips a Gaussian or
+stops.
 """
 
 from dataclasses import dataclass

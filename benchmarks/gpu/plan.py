@@ -1,4 +1,4 @@
-"""The steps in order, with their time limits and sizes."""
+"""Lists the steps in order, with their time limits, and the sizes of all measurements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass

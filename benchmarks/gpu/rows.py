@@ -31,7 +31,7 @@ class Row:
 
 
 class RowLog:
-    """A file to which a step appends each row at once, so that no row is lost if it is killed."""
+    """A file to which a step appends every row at once; rows are kept if the step is killed."""
 
     def __init__(self, path: Path) -> None:
         self._path = path

@@ -112,7 +112,7 @@ def _read_last_line(log: Path, exit_code: int) -> str:
 
 
 def allot_time(steps: tuple[Step, ...], seconds: float) -> Iterator[tuple[Step, float]]:
-    """Yield each step with its time limit; all steps together get this number of seconds."""
+    """Yield each step with its time limit in seconds; `seconds` is the time for all steps."""
     end = time.monotonic() + seconds
     for step in steps:
         yield step, min(step.time_limit, end - time.monotonic())

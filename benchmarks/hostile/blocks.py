@@ -58,7 +58,7 @@ class Tally:
             self.failures[number] = verdict.outcome
 
     def add(self, other: "Tally") -> None:
-        """Add the results of another tally."""
+        """Add the results of another tally to this one."""
         self.outcomes += other.outcomes
         self.modes += other.modes
         self.frames += other.frames
@@ -103,13 +103,13 @@ class Tally:
 
 
 def choose_mode(number: int) -> str:
-    """Return the mode, a key of `judge.MODES`, for decoding the mutant with the given number."""
+    """Return the mode (a key of `judge.MODES`) in which the mutant with this number is decoded."""
     remainder = number % _MODE_PERIOD
     return _OTHER_MODES[remainder] if remainder < len(_OTHER_MODES) else "decode"
 
 
 class StreamMaker(Protocol):
-    """Generates streams with arbitrary contents."""
+    """Generates streams that may be malformed."""
 
     def make(self, number: int) -> Mutant:
         """Return the stream with the given number; a number always gives the same stream."""

@@ -49,7 +49,7 @@ def _get_comparable_part(error: _FinalError) -> int | str | None:
 
 
 def _digest_frames(data: bytes, engine: str) -> tuple[list[str], _FinalError]:
-    """Return a digest of each frame, including its floats, and the error that ended decoding."""
+    """Return a digest of each frame (scene and splats), and the error that ended decoding."""
     digests = []
     with use_engine(engine), Player(data, threads=1) as player:
         try:

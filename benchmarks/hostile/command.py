@@ -120,7 +120,7 @@ def _prepare_process(arguments: argparse.Namespace) -> None:
 
 
 def _judge_block(block: _Block, failures: Path) -> Tally:
-    """Judge a block; a file holds the number of the current mutant, which may kill the process."""
+    """Judge a block; keep the number of the current mutant in a file, in case the process dies."""
     number_path = failures / f"{_NUMBER_FILE_PREFIX}{os.getpid()}"
     with number_path.open("wb", buffering=0) as file:
         tally = judge_block(

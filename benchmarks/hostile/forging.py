@@ -21,7 +21,7 @@ def forge_state_crcs(data: bytes) -> bytes:
     If the stream has another fault, the state CRCs after that fault stay unchanged.
 
     Args:
-        data: A stream with arbitrary contents.
+        data: A stream, which may be malformed.
     """
     forged = bytearray(data)
     decoder = StreamDecoder(ReferenceEngine())

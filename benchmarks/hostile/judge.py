@@ -39,7 +39,7 @@ class Verdict:
     Attributes:
         outcome: `decoded`, `declined`, the reject id of a rejection, `hang`, or `escape` (an
             unexpected exception).
-        seconds: Processor time of decoding.
+        seconds: Processor time of decoding, in seconds.
         frames: Number of decoded frames.
         detail: Traceback of the hang or escape; empty for other outcomes.
     """

@@ -61,7 +61,7 @@ _MAX_MUTANT_BYTES = 1 << 16
 
 @dataclass(frozen=True, slots=True)
 class Mutant:
-    """A stream with arbitrary contents.
+    """A stream that may be malformed.
 
     Attributes:
         data: Bytes of the stream.

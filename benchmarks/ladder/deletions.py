@@ -20,7 +20,7 @@ _COUNT_DIVISOR = 4  # each trial deletes a quarter as many Gaussians as the prev
 def choose_deletions(
     context: TrainingContext, attributes: Attributes, frame: int, dssim_weight: float
 ) -> Tensor:
-    """Return the mask `[N]` of Gaussians that gives the lowest loss if these are deleted.
+    """Return which Gaussians to delete: the mask `[N]` with the lowest loss among those tried.
 
     Args:
         context: Views and renderer.

@@ -22,7 +22,7 @@ def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
     """Return the claims that the rows can confirm or refute, without duplicates.
 
     Args:
-        experiments: Rows by label, by name of the experiment: `{experiment: {label: row}}`.
+        experiments: Rows of each experiment: `{experiment: {label: row}}`.
     """
     claims: list[Claim] = []
     for name, list_experiment_claims in _CLAIMS_BY_EXPERIMENT.items():

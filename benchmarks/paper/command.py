@@ -84,7 +84,8 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
     the name of the capture's folder and PARENT that of its parent folder.
 
     Raises:
-        ValueError: `plan_study` raises it, or two captures have the same NAME and PARENT.
+        ValueError: Two captures have the same NAME and PARENT, or an option is invalid (see
+            `plan_study`).
         CaptureError: A capture cannot be read.
     """
     captures = [path.resolve() for path in arguments.capture]

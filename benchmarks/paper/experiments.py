@@ -61,7 +61,7 @@ def list_experiments(base_config: EncoderConfig, only: Sequence[str] = ()) -> li
     """Return the experiments; their trials change settings of the full method.
 
     Args:
-        base_config: Settings of the full method, with steps in world units.
+        base_config: Settings of the full method, with quantization steps in world units.
         only: Names of the experiments to return besides the full method; empty for all.
 
     Raises:
@@ -242,7 +242,7 @@ def _make_full_trial(base_config: EncoderConfig) -> Trial:
 def _make_trial(
     base_config: EncoderConfig, name: str, config: EncoderConfig, floats: FloatParts = ""
 ) -> Trial:
-    """Return a trial with these settings; if they are those of the full method, its trial."""
+    """Return a trial with these settings, which can be the trial of the full method."""
     if config == base_config and not floats:
         return _make_full_trial(base_config)
     return Trial(name, name.replace("-", " "), config, floats)

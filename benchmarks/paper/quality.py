@@ -48,7 +48,7 @@ def measure_quality(
     """Return the quality of frames.
 
     Args:
-        frames: Number and splats of each frame.
+        frames: Ordinal and splats of each frame.
         cameras: Cameras for rendering, in the order of the capture.
         capture: Capture with the held-out pictures.
         lpips: LPIPS network; None to skip LPIPS.

@@ -65,7 +65,7 @@ def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
 
 
 def flatten_row(row: Row) -> dict[str, Any]:
-    """Return the values of a row by name; instead of values per frame, it contains their means."""
+    """Return the values of a row by name; values per frame are replaced by their means."""
     values = {name: row[name] for name in ("name", "title", "label", "floats", "rebinds", "frames")}
     for group in ("quality", "bytes", "seconds"):
         values |= {f"{group}_{name}": value for name, value in row[group].items()}

@@ -1,4 +1,4 @@
-"""Defines trials: encodes with certain settings, some of which leave parts unquantized."""
+"""Defines trials: encodes with given settings, in which some parts can stay unquantized."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -20,10 +20,9 @@ class Trial:
         floats: The parts that stay in floats: empty for none, `motion` for motion and births, or
             `all`. A stream cannot contain floats, so a trial with floats is measured without
             writing a stream (see `unquantized`).
-        rebinds: Whether all Gaussians are bound again in every frame, to the anchors nearest to
-            them at the positions where the anchors were sampled, as in the released code of the
-            paper. In the format, bindings do not change between two samplings, so rebinding is
-            possible only in floats.
+        rebinds: Whether all Gaussians are bound again in every frame, to the anchors whose sampled
+            positions are nearest, as in the released code of the paper. In the format, bindings do
+            not change between two samplings, so rebinding is possible only in floats.
     """
 
     name: str

@@ -58,7 +58,7 @@ class Group:
         return summarize_figures(row["figures"] for row in self.rows)
 
     def compute_frame_statistics(self) -> list[dict[str, Statistics]]:
-        """Return, for each frame, the statistics over the seeds of each figure of the cameras."""
+        """Return for each frame the statistics of each figure that is measured on cameras."""
         return [
             summarize_figures(
                 {

@@ -46,8 +46,8 @@ def amortize(one_time_bytes: float, frame_bytes: Sequence[float]) -> float:
     """Return the bytes per frame if `one_time_bytes` are spread over `AMORTIZED_FRAMES` frames.
 
     Args:
-        one_time_bytes: Bytes of the canonical frame, and of all other data that occur only once in a
-            stream.
+        one_time_bytes: Bytes of the canonical frame, and of other data that a stream contains only
+            once.
         frame_bytes: Bytes of each measured later frame; all later frames are assumed to take their
             mean.
     """
@@ -111,7 +111,7 @@ def list_paper_claims(
     paper_summary: StreamSummary,
     paper_psnr: Sequence[float],
 ) -> list[Claim]:
-    """Return the claims that compare a stream with a stream of preset `paper` and its estimate."""
+    """Return the claims that compare a stream with the estimate and PSNR of preset `paper`."""
     motion = mean([frame.coded_bytes["motion"] for frame in list_inter_frames(summary)])
     paper_motion = mean(
         [frame.estimate_bytes["motion"] for frame in list_inter_frames(paper_summary)]

@@ -1,6 +1,6 @@
 """Converts the canonical scene to SPZ or SOG and back, with PLY as the intermediate format.
 
-The program that converts is splat-transform by PlayCanvas, which is installed from npm. The scene
+The conversions are done by splat-transform from PlayCanvas, which is installed with npm. The scene
 that was converted back is rendered like the decoded frames of a stream.
 """
 

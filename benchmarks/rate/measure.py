@@ -45,7 +45,7 @@ def measure(job: Job, folder: Path) -> MeasuredStream:
     """Encode and measure a stream, reusing the files that already exist.
 
     Raises:
-        MismatchError: The existing stream was encoded from another capture.
+        MismatchError: The existing stream was encoded from a different capture.
     """
     data = encode_if_missing(job, folder)
     summary = inspect_stream(data)

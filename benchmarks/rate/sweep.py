@@ -1,7 +1,8 @@
 """Encodes a capture with variations of the default settings, and measures the streams.
 
 All variations start from the same canonical frame, which is trained once. If it were trained again
-for each variation, the PSNR would change by tenths of a dB, more than by most settings.
+for each variation, the PSNR would change by tenths of a dB, which is more than the effect of most
+settings.
 """
 
 from collections.abc import Iterator, Sequence

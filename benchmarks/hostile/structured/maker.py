@@ -1,4 +1,4 @@
-"""Generates streams with up to two faults; each is determined by a series and a number."""
+"""Generates streams with up to two faults; a series and a number determine each stream."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -65,7 +65,7 @@ def _resize_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
 def _make_piece_change(
     **choose_by_field: Callable[[RecordGenerator, Piece], Any],
 ) -> Callable[[RecordGenerator, Pieces], Pieces]:
-    """Return a function that sets fields of a random piece to values that it chooses."""
+    """Return a function that sets fields of a random piece; the arguments choose the values."""
 
     def change(generator: RecordGenerator, pieces: Pieces) -> Pieces:
         index = generator.rng.randrange(len(pieces))

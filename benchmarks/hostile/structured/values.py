@@ -38,7 +38,7 @@ _DIFFERENCES = (1, 1 << 31, 1 << 32, 1 << 59, 1 << 60, (1 << 60) + 1, 1 << 62, (
 def overflow_codes(
     generator: RecordGenerator, gaussians: Gaussians, _header: StreamHeader
 ) -> Gaussians:
-    """Give a Gaussian a color that is out of range, by coded differences that are in range."""
+    """Give a Gaussian color codes out of range, although their coded differences are in range."""
     sign = generator.rng.choice((-1, 1))
     limit, excess = sign * CODE_LIMIT, sign * generator.rng.choice((1, 2, CODE_LIMIT))
     codes = gaussians.codes.copy()
@@ -129,7 +129,7 @@ def _make_zero_update(generator: RecordGenerator, moved_frame: State) -> Updates
 
 
 def use_missing_parents(generator: RecordGenerator, births: Births, moved_frame: State) -> Births:
-    """Set parents to indices just above or far above the largest index, or to more than 64 bits."""
+    """Set parents to indices above the largest index, some of which need more than 64 bits."""
     count = moved_frame.scene.count
     differences = np.zeros_like(births.parents)
     differences[generator.rng.randrange(differences.size)] = generator.rng.choice(
@@ -149,7 +149,7 @@ def place_births_far(generator: RecordGenerator, births: Births, _moved_frame: S
 
 
 def overflow_birth_codes(generator: RecordGenerator, births: Births, moved_frame: State) -> Births:
-    """Give a new Gaussian codes that are out of range, by coded differences that are in range."""
+    """Give a new Gaussian codes out of range, although their coded differences are in range."""
     if generator.rng.random() < 0.5:
         return replace(
             births, newborn=overflow_codes(generator, births.newborn, moved_frame.scene.header)
