@@ -16,7 +16,7 @@ EndFault = tuple[str, str, str, list[Chunk] | bytes, str]
 def make_end_faults(parent: ValidStream) -> list[Vector]:
     """Return streams that decoders reject after they have decoded all frames."""
     vectors = []
-    # A decoder may check the fields of a payload that is too short before its length.
+    # If a payload is too short, a decoder may check its fields before its length.
     for name, clauses, reject_ids, changed_stream, note in [
         *_make_payload_faults(parent),
         *_make_trailing_faults(parent),
@@ -85,19 +85,19 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
     index_faults = {
         "index-offset": (
             [first, (offset + 1, sequence, frame), last],
-            "an offset is too large by one",
+            "an offset in INDX is 1 too large",
         ),
         "index-sequence": (
             [first, (offset, sequence + 1, frame), last],
-            "a sequence number is too large by one",
+            "a sequence number in INDX is 1 too large",
         ),
         "index-frame": (
             [first, (offset, sequence, frame + 1), last],
-            "an ordinal is too large by one",
+            "an ordinal in INDX is 1 too large",
         ),
-        "index-order": ([points[1], first, last], "two seek points are swapped"),
-        "index-less": (points[:2], "a seek point is missing"),
-        "index-more": ([*points, last], "a seek point is repeated"),
+        "index-order": ([points[1], first, last], "two seek points are swapped in INDX"),
+        "index-less": (points[:2], "a seek point is missing in INDX"),
+        "index-more": ([*points, last], "a seek point is repeated in INDX"),
         "index-empty": ([], "INDX has no seek points although the stream has frames"),
     }
     for name, (listed_points, note) in index_faults.items():
@@ -110,19 +110,19 @@ def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
     tail_faults = {
         "tail-frames": (
             pack_tail(frames + 1, canonicals, offset),
-            "frame_count is too large by one",
+            "frame_count of TAIL is 1 too large",
         ),
         "tail-canonicals": (
             pack_tail(frames, canonicals - 1, offset),
-            "canonical_count is too small by one",
+            "canonical_count of TAIL is 1 too small",
         ),
         "tail-index": (
             pack_tail(frames, canonicals, offset + 1),
-            "index_offset is too large by one",
+            "index_offset of TAIL is 1 too large",
         ),
         "tail-no-index": (
             pack_tail(frames, canonicals, 0),
-            "index_offset is 0 although INDX exists",
+            "index_offset of TAIL is 0 although INDX exists",
         ),
     }
     for name, (payload, note) in tail_faults.items():

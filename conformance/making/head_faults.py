@@ -20,12 +20,15 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
     data, head_end = parent.layout.data, parent.layout.offsets[1]
     converted_magic, repeated_head = MAGIC.replace(b"\r\n", b"\n"), MAGIC + data[8:head_end]
     cases = {
-        "magic": (b"\x88" + data[1:], "one bit of the first byte is flipped"),
+        "magic": (b"\x88" + data[1:], "one bit of the first byte of the magic is flipped"),
         "magic-line-ends": (
             converted_magic + data[8:],
-            "line endings are converted, as in a file transfer in text mode",
+            "line endings of the magic are converted, as in a file transfer in text mode",
         ),
-        "magic-seven-bits": (b"\x09" + data[1:], "the highest bit of the first byte is cleared"),
+        "magic-seven-bits": (
+            b"\x09" + data[1:],
+            "the highest bit of the first byte of the magic is cleared",
+        ),
         "magic-missing": (data[8:], "the stream begins with HEAD"),
     }
     for name, (changed_data, note) in cases.items():
@@ -112,7 +115,7 @@ def _list_size_faults(head: bytes) -> Iterable[HeadCase]:
         head + b"\0",
         "trailing-data",
         "5-2",
-        "an additional byte after the last field",
+        "an additional byte after the last field of HEAD",
     )
     yield "head-shorter", head[:-1], "field", "5-1", "the last field of HEAD is missing"
     yield "head-empty", b"", "field", "5-1", "the payload of HEAD is empty"

@@ -86,7 +86,7 @@ def make_loss_vector(
 def _make_vector_without_both_ends(parent: ValidStream) -> Vector:
     """Return a stream without its first CANO and last FRAM; the lost frame count is unknown."""
     layout = _assemble_without(parent, [2, 12])
-    offsets = layout.offsets  # of chunks 0, 1, 3 to 11, 13, 14
+    offsets = layout.offsets  # of the parent's chunks 0, 1, 3 to 11, 13 and 14
     first_gap = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
     last_gap = Gap(offsets[11], offsets[12] - offsets[11], ("sequence",), None)
     return make_damaged_vector(

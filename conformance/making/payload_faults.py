@@ -25,7 +25,7 @@ FieldFault = tuple[str, str, str, dict[str, Any], str]
 _FRAME_FIELDS: tuple[FieldFault, ...] = (
     ("phase-repeated", "7.4-1", "frame-order", {"phase": 0}, "a phase is repeated"),
     ("phase-skipped", "7.4-1", "frame-order", {"phase": 2}, "a phase is skipped"),
-    ("phase-greatest", "7.4-1", "frame-order", {"phase": _MAX_U32}, "a phase of 2^32 - 1"),
+    ("phase-greatest", "7.4-1", "frame-order", {"phase": _MAX_U32}, "the phase is 2^32 - 1"),
 )
 _FRAME_COUNTS: tuple[FieldFault, ...] = (
     (
@@ -33,7 +33,7 @@ _FRAME_COUNTS: tuple[FieldFault, ...] = (
         "7.4-3 3.2-5",
         "count",
         {"death_count": _MAX_U32},
-        "more deaths than Gaussians",
+        "death_count is larger than the number of Gaussians",
     ),
     (
         *("births-beyond-level", "3.2-3 3.2-5", "count-exceeds-level", {"birth_count": 4097}),
@@ -129,7 +129,7 @@ def _list_size_faults(
             payload[:empty_size],
             "5-1",
             "field",
-            f"the payload of {kind} has only {empty_size} bytes",
+            f"the payload of {kind} has {empty_size} bytes",
         ),
         "longer": (
             payload + bytes(extra_bytes),

@@ -110,13 +110,13 @@ def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
     yield "state-crc", "9.2-1", "state-crc", with_wrong_crc, "one bit of the state CRC is flipped"
     payload = snapshot.pack()
     for name, data, reject_ids, clauses, note in (
-        ("shorter", payload[:-1], "field", "5-1", "the last byte is missing"),
+        ("shorter", payload[:-1], "field", "5-1", "the last byte of a SNAP is missing"),
         (
             "longer",
             payload + b"\0",
             "trailing-data",
             "5-3",
-            "an additional byte after the last field",
+            "an additional byte after the last field of a SNAP",
         ),
     ):
         yield (

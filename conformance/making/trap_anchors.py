@@ -96,6 +96,6 @@ def make_ranks_by_phase() -> Stream:
 def make_equal_ranks() -> Stream:
     """Two Gaussians have the same random word, and only the one with the lower id is an anchor."""
     stream = Stream(Head(sh_degree=0, seed=_TIED_SEED, gaussians_per_anchor=8))
-    # Four positions: after the anchors of their cells, only one of the two ids is needed.
+    # Each of the four positions gets an anchor; then only one of the two ids is still needed.
     stream.add_canonical(0, [CodedGaussian((40 * (i // 16), 0, 0)) for i in range(57)])
     return stream.add_frame(make_distinct_motion()).add_frame(make_distinct_motion())

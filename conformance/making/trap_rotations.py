@@ -34,7 +34,7 @@ def make_canceling_residuals() -> Stream:
     """If the symbols of two levels cancel, the rotation is unchanged and is not rounded again."""
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     symbols, opposite_symbols = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
-    # Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.
+    # Found by search: about 1 in 10000 rotations changes if its result is normalized again.
     rounding_sensitive_gaussian = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
     stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), rounding_sensitive_gaussian])
     stream.add_frame(Change(lambda level, _anchor: symbols if level == 2 else None))

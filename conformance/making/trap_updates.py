@@ -208,7 +208,7 @@ def _find_rounding_sensitive_index(stream: Stream) -> int:
     return next(i for i, g in enumerate(state.gaussians) if g.codes[4:7] == [77, 0, 0])
 
 
-# Found by search: for 1 in 10000 rotations, normalizing the rotated result again changes it.
+# Found by search: about 1 in 10000 rotations changes if its result is normalized again.
 _ROUNDING_SENSITIVE_GAUSSIAN = CodedGaussian(
     (0, 0, 0), (3, 131, 139, -118), codes=(-40, -40, -40, 5, 77, 0, 0)
 )

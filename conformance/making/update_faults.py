@@ -166,20 +166,20 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
             (*words, 0),
             "invalid-words",
             "8.3-1",
-            "an extra zero word after the last word",
+            "an extra zero word after the last word of the updates section",
         ),
-        "words-zero": ((0,), "invalid-words", "8.3-1", "the only word of the section is 0"),
+        "words-zero": ((0,), "invalid-words", "8.3-1", "the only word of the updates section is 0"),
         "words-left": (
             (7, *words),
             unconsumed_id,
             "8.3-2 8.3-3",
-            "an extra word before the first word",
+            "an extra word before the first word of the updates section",
         ),
         "words-left-zero": (
             (0, *words),
             unconsumed_id,
             "8.3-3",
-            "an extra zero word before the first word",
+            "an extra zero word before the first word of the updates section",
         ),
         "words-for-nothing": (
             (1,),
@@ -219,7 +219,7 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
             payload_with_updates + b"\0",
             "trailing-data",
             "5-3",
-            "an additional byte after the last field",
+            "an additional byte after the last field of a FRAM",
         ),
         **{
             f"word-count-{name}": (

@@ -14,21 +14,26 @@ from plain import planes
 
 _HALF_WEIGHT, _STATED_WEIGHT = 1 << 23, 1 << 18
 _WRONG_KEY_DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
-    ("difference-beyond", "8.4-1", [(1 << 60) + 1], "a difference of keys above 2^60"),
+    ("difference-beyond", "8.4-1", [(1 << 60) + 1], "a difference of Morton keys above 2^60"),
     (
         "difference-greatest",
         "8.4-1",
         [(1 << 63) - 1],
-        "the largest difference that Unsigned(6) can code",
+        "the largest difference of keys that Unsigned(6) can code",
     ),
-    ("difference-wraps", "8.4-1 4.1-1", [1 << 62] * 4, "differences with a sum of 0 modulo 2^64"),
+    (
+        "difference-wraps",
+        "8.4-1 4.1-1",
+        [1 << 62] * 4,
+        "differences of keys whose sum is 0 modulo 2^64",
+    ),
     (
         "keys-add-up",
         "8.5-1",
         [1 << 59] * 3,
-        "each difference is inside the box, but their sum is outside",
+        "each difference of keys is inside the box, but their sum is outside",
     ),
-    ("keys-first-outside", "8.5-1", [1 << 60], "the first key is 2^60"),
+    ("keys-first-outside", "8.5-1", [1 << 60], "the first Morton key is 2^60"),
 )
 
 
@@ -48,20 +53,20 @@ def list_word_faults(parent: ValidStream) -> Iterable[Row]:
             (*words, 0),
             "invalid-words",
             "8.3-1",
-            "an extra zero word after the last word",
+            "an extra zero word after the last word of the motion section",
         ),
-        "words-zero": ((0,), "invalid-words", "8.3-1", "the only word of the section is 0"),
+        "words-zero": ((0,), "invalid-words", "8.3-1", "the only word of the motion section is 0"),
         "words-left": (
             (7, *words),
             unconsumed_id,
             "8.3-2 8.3-3",
-            "an extra word before the first word",
+            "an extra word before the first word of the motion section",
         ),
         "words-left-zero": (
             (0, *words),
             unconsumed_id,
             "8.3-3",
-            "an extra zero word before the first word",
+            "an extra zero word before the first word of the motion section",
         ),
     }
     for name, (motion_words, reject_id, clauses, note) in word_cases.items():

@@ -3,7 +3,7 @@
 from plain.planes import PlainSection
 from plain.state import PlainLevel, Vector
 
-# Contexts of the magnitude planes: the lowest f - i of each k = 1, 2, ..., 10.
+# The lowest f - i of each context class k = 1, 2, ..., 10 of the magnitude planes.
 _MAGNITUDE_BORDERS = (-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
 
 
