@@ -46,15 +46,15 @@ class FirstFrame:
         ]
         projections = [project_points(camera, points.positions) for camera in cameras]
         agreement = compare_colors(cameras, projections, points.colors, iter(self.pictures))
-        cameras_without_points = [
+        indices_without_points = [
             index for index, projection in enumerate(projections) if not projection.is_visible.any()
         ]
-        mismatched = {
-            *cameras_without_points,
+        mismatched_indices = {
+            *indices_without_points,
             *agreement.wrong_cameras,
-            *(picture for picture, _ in agreement.mixed_up_pairs),
+            *(index for index, _ in agreement.mixed_up_pairs),
         }
-        return [self.cameras[index].name for index in sorted(mismatched)]
+        return [self.cameras[index].name for index in sorted(mismatched_indices)]
 
 
 def read_first_frame(

@@ -62,27 +62,30 @@ def build_match_graph(
     database = features.folder / f"graph_{len(features.moments)}.db"
     with pycolmap.Database.open(database) as open_database:
         _write_cameras(open_database, names, sizes, lenses)
-        indices: list[list[Indices]] = []
-        counts = []
+        merged_indices: list[list[Indices]] = []
+        feature_counts = []
         for index in range(len(names)):
             keypoints, camera_indices = fuse_keypoints(features.read_keypoints(index))
             open_database.write_keypoints(index + 1, keypoints)
-            indices.append(camera_indices)
-            counts.append(len(keypoints))
+            merged_indices.append(camera_indices)
+            feature_counts.append(len(keypoints))
         for first, second in combinations(range(len(names)), 2):
-            pairs = _fuse_matches(features, first, second, indices)
+            pairs = _fuse_matches(features, first, second, merged_indices)
             if len(pairs):
                 open_database.write_matches(first + 1, second + 1, pairs.astype(np.uint32))
-    return MatchGraph(database, tuple(names), tuple(counts), _verify_matches(database))
+    return MatchGraph(database, tuple(names), tuple(feature_counts), _verify_matches(database))
 
 
 def _fuse_matches(
-    features: Features, first: int, second: int, indices: Sequence[Sequence[Indices]]
+    features: Features, first: int, second: int, merged_indices: Sequence[Sequence[Indices]]
 ) -> Indices:
     fused_pairs = [
         np.stack([first_indices[matches[:, 0]], second_indices[matches[:, 1]]], axis=1)
         for matches, first_indices, second_indices in zip(
-            features.read_matches(first, second), indices[first], indices[second], strict=True
+            features.read_matches(first, second),
+            merged_indices[first],
+            merged_indices[second],
+            strict=True,
         )
     ]
     return keep_one_to_one(np.concatenate(fused_pairs))

@@ -19,13 +19,13 @@ class DemoOutput:
     """Outputs of a demo.
 
     Attributes:
-        stream: Path of the stream.
-        report: Path of the report page.
+        stream_path: Path of the stream.
+        report_path: Path of the report page.
         evaluation: Measurements shown in the report.
     """
 
-    stream: Path
-    report: Path
+    stream_path: Path
+    report_path: Path
     evaluation: Evaluation
 
 
@@ -42,9 +42,9 @@ def run_demo(
     """
     with folder.create_subfolder("capture") as subfolder:
         fill_synthetic_capture(subfolder, options, partial(progress.advance, "synth"))
-    capture, stream = folder.path / "capture", folder.path / "demo.quarc"
-    with folder.open(stream.name) as sink:
-        encode(open_capture(capture), sink, EncodeOptions(config, progress=progress))
-    evaluation = evaluate_stream(stream.read_bytes(), capture, progress.advance)
+    capture_path, stream_path = folder.path / "capture", folder.path / "demo.quarc"
+    with folder.open(stream_path.name) as sink:
+        encode(open_capture(capture_path), sink, EncodeOptions(config, progress=progress))
+    evaluation = evaluate_stream(stream_path.read_bytes(), capture_path, progress.advance)
     with folder.create_subfolder("report") as subfolder:
-        return DemoOutput(stream, write_report(evaluation, subfolder), evaluation)
+        return DemoOutput(stream_path, write_report(evaluation, subfolder), evaluation)

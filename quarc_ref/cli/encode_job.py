@@ -163,8 +163,8 @@ def choose_pool(
 
     cpu_count = os.cpu_count() or 1
     worker_count = workers or min(segment_count, cpu_count)
-    threads = 1 if ray else max(1, cpu_count // worker_count)
-    return WorkerPool(worker_count, threads, ray, 1.0 if device == "cuda" else 0.0)
+    thread_count = 1 if ray else max(1, cpu_count // worker_count)
+    return WorkerPool(worker_count, thread_count, ray, 1.0 if device == "cuda" else 0.0)
 
 
 def _split_capture(

@@ -52,17 +52,17 @@ def print_settings() -> None:
     from quarc_ref.encoder.settings.presets import PRESETS
     from quarc_ref.encoder.settings.setting_list import describe_settings
 
-    settings_by_preset = zip(*map(describe_settings, PRESETS.values()), strict=True)
+    setting_variants = zip(*map(describe_settings, PRESETS.values()), strict=True)
     rows = [("KEY", *(f"in {name}" for name in PRESETS), "values", "description")]
     rows += [
         (
-            first_preset.name,
-            first_preset.text,
-            *(setting.text for setting in other_presets),
-            first_preset.values,
-            first_preset.description,
+            first_setting.name,
+            first_setting.text,
+            *(setting.text for setting in other_settings),
+            first_setting.values,
+            first_setting.description,
         )
-        for first_preset, *other_presets in settings_by_preset
+        for first_setting, *other_settings in setting_variants
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     # The last column is not padded, because a terminal would wrap trailing spaces.

@@ -42,7 +42,11 @@ _EXTRA_BY_PACKAGE = {
     "gsplat": "gpu",
     "ray": "ray",
     "tensorboard": "tensorboard",
-    **{row.package: row.extra for row in EXPORT_FORMATS.values() if row.package and row.extra},
+    **{
+        export.package: export.extra
+        for export in EXPORT_FORMATS.values()
+        if export.package and export.extra
+    },
 }
 _INTERRUPTED_MESSAGE = "interrupted; nothing was written"
 

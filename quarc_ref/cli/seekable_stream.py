@@ -100,9 +100,9 @@ class _GrowingCopy:
     def read(self, offset: int, length: int) -> bytes:
         """Return the bytes at `offset` that have been received, at most `length`."""
         with self._lock:
-            available = max(0, min(length, self._size - offset))
-            self._file.seek(offset if available else 0)
-            return self._file.read(available)
+            available_bytes = max(0, min(length, self._size - offset))
+            self._file.seek(offset if available_bytes else 0)
+            return self._file.read(available_bytes)
 
     def size(self) -> int:
         """Return the number of bytes received so far."""

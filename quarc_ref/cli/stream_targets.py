@@ -48,8 +48,8 @@ def open_stream_file(
     with open_exclusively(path) as file:
         try:
             if not resume:
-                _reject_existing_part(path)
-            with _reporting_kept_files(path):
+                _reject_partial_stream(path)
+            with _report_kept_files(path):
                 yield path, file
             sync_file(file)
         finally:
@@ -79,13 +79,13 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
     with growing_folder(path, replace=True, keep=resume or not force) as folder:
         if not (resume or force) and folder.contains_files():
             _reject_leftover(path)
-        with _reporting_kept_files(path):
+        with _report_kept_files(path):
             yield folder
         folder.remove_files()
 
 
 @contextmanager
-def _reporting_kept_files(path: Path) -> Iterator[None]:
+def _report_kept_files(path: Path) -> Iterator[None]:
     """Add the names of the kept files to the message of an interruption."""
     try:
         yield
@@ -110,9 +110,9 @@ def _choose_new_path(target: Path, *, live: bool) -> Path:
 
 
 def _choose_resumed_path(target: Path, *, live: bool) -> Path:
-    part = _get_part_path(target)
-    is_target_resumed = live or (_is_nonempty(target) and not _has_partial_encode(part))
-    return target if is_target_resumed else part
+    part_path = _get_part_path(target)
+    is_target_resumed = live or (_is_nonempty(target) and not _has_partial_encode(part_path))
+    return target if is_target_resumed else part_path
 
 
 def _remove_partial_stream(path: Path) -> None:
@@ -133,8 +133,8 @@ def _remove_open_file(path: Path, file: BinaryIO) -> None:
         path.unlink(missing_ok=True)
 
 
-def _reject_existing_part(part: Path) -> None:
-    for path in (part, _get_checkpoint_path(part)):
+def _reject_partial_stream(part_path: Path) -> None:
+    for path in (part_path, _get_checkpoint_path(part_path)):
         if _is_nonempty(path):
             _reject_leftover(path)
 

@@ -97,7 +97,7 @@ def growing_folder(target: Path, *, force: bool) -> Iterator[OutputFolder]:
         OutputPathError: The target is not empty and must not be replaced.
     """
     _require_folder_path(target)
-    with files.growing_folder(target, replace=force) as folder, _reporting_kept_files(folder):
+    with files.growing_folder(target, replace=force) as folder, _report_kept_files(folder):
         yield folder
 
 
@@ -182,7 +182,7 @@ def _reject_missing_parent(target: Path) -> None:
 
 
 @contextmanager
-def _reporting_kept_files(folder: OutputFolder) -> Iterator[None]:
+def _report_kept_files(folder: OutputFolder) -> Iterator[None]:
     """Add the folder of the finished frames to the message of an interruption."""
     try:
         yield

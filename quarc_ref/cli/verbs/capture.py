@@ -93,10 +93,10 @@ def demo(
             written_folder(output, force=force) as folder,
         ):
             demo_output = run_demo(folder, options, config, progress)
-        page = output / demo_output.report.relative_to(folder.path)
+        page = output / demo_output.report_path.relative_to(folder.path)
         print_evaluation(
             "demo/2",
-            output / demo_output.stream.name,
+            output / demo_output.stream_path.name,
             demo_output.evaluation,
             page,
             as_json=as_json,
