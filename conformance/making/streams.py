@@ -211,4 +211,4 @@ class Stream:
 
 def describe_state(state: PlainState) -> DecodedFrame:
     """Return the expected output for a state."""
-    return DecodedFrame(state.frame, len(state.gaussians), state.digest())
+    return DecodedFrame(state.frame, len(state.gaussians), state.compute_digest())

@@ -57,5 +57,5 @@ class PlainState:
         planes = [value for plane in zip(*columns, strict=True) for value in plane]
         return struct.pack(f"<{len(numbers)}I{len(planes)}i", *numbers, *planes)
 
-    def digest(self) -> str:
+    def compute_digest(self) -> str:
         return hashlib.sha256(self.serialize()).hexdigest()

@@ -47,7 +47,7 @@ class Report:
         """Whether at least one case ran and all cases passed."""
         return bool(self.results) and all(result.passed for result in self.results)
 
-    def count_by(self, key: str) -> dict[str, tuple[int, int]]:
+    def count_results_by(self, key: str) -> dict[str, tuple[int, int]]:
         """Return the numbers of passed and of all cases for each category, mode or clause."""
         counts: dict[str, list[int]] = defaultdict(lambda: [0, 0])
         for result in self.results:
@@ -69,7 +69,7 @@ class Report:
             lines.append(f"by {title}:")
             lines += [
                 f"  {name:<10} {passed} of {total}"
-                for name, (passed, total) in self.count_by(key).items()
+                for name, (passed, total) in self.count_results_by(key).items()
             ]
         verdicts = Counter(result.verdict.name for result in failed)
         verdict_summary = ", ".join(f"{name} {count}" for name, count in verdicts.most_common())
@@ -95,7 +95,7 @@ class Report:
         ]
         clauses = {
             name: {"passed": passed, "cases": total}
-            for name, (passed, total) in self.count_by("clauses").items()
+            for name, (passed, total) in self.count_results_by("clauses").items()
         }
         return {
             "schema": _SCHEMA,

@@ -55,9 +55,9 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
         outputs = [key for key in _NUMBER_OUTPUTS if job.get(key)]
         yield from describe_stream(stream, job.get("start", 0), outputs)
     elif kind == "recover":
-        yield from _report_rejection(_describe_recovery(stream))
+        yield from _append_rejection(_describe_recovery(stream))
     elif kind == "unit":
-        yield from _report_rejection(answer_unit(job["function"], job["input"]))
+        yield from _append_rejection(answer_unit(job["function"], job["input"]))
     else:
         yield {"unsupported": kind}
 
@@ -74,10 +74,10 @@ def describe_stream(
             for the values themselves.
     """
     scenes = decode(as_source(stream), start)
-    yield from _report_rejection(_describe(scene, outputs) for scene in scenes)
+    yield from _append_rejection(_describe(scene, outputs) for scene in scenes)
 
 
-def _report_rejection(lines: Iterator[Line]) -> Iterator[Line]:
+def _append_rejection(lines: Iterator[Line]) -> Iterator[Line]:
     try:
         yield from lines
     except BitstreamError as error:

@@ -123,7 +123,7 @@ def _compute_weight(zeros: int, ones: int) -> int:
     return int(_make_counts((zeros, ones)).weights(_MODEL, np.array([0]))[0])
 
 
-def _add_counts(before: list[int], plane: list[int]) -> list[int]:
+def _add_plane_to_counts(before: list[int], plane: list[int]) -> list[int]:
     counts = _make_counts(tuple(before))
     counts.add_bits(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
     return _flatten(counts.look_up_counts(_MODEL, np.array([0])))
@@ -146,10 +146,10 @@ def _make_plane_reader(words: list[int]) -> PlaneReader:
     return PlaneReader(Section(np.array(words, dtype=np.uint32)), ContextCounts())
 
 
-def _make_value_unit(code: Callable[..., Int64]) -> Callable[..., list[int]]:
+def _make_value_unit(code_values: Callable[..., Int64]) -> Callable[..., list[int]]:
     def run_unit(words: list[int], contexts: list[int], width: int) -> list[int]:
         reader, context_array = _make_plane_reader(words), np.array(contexts, dtype=np.int64)
-        numbers = code(reader, _MODEL, context_array, width, np.zeros_like(context_array))
+        numbers = code_values(reader, _MODEL, context_array, width, np.zeros_like(context_array))
         reader.finish()
         return _flatten(numbers)
 
@@ -212,7 +212,7 @@ UNITS: dict[str, Callable[..., _JsonValue]] = {
     "deaths": _choose_deaths,
     "weight_of_code": weight_of_code,
     "weight_by_counts": _compute_weight,
-    "counts": _add_counts,
+    "counts": _add_plane_to_counts,
     "decode_bits": _decode_bits,
     "fixed": _make_value_unit(values.code_fixed),
     "unsigned": _make_value_unit(values.code_unsigned),
