@@ -33,7 +33,7 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
     exact_edit = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
     fitted_edit = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
 
-    assert "exact, in integers" in exact_edit.stdout
+    assert "exact (integer arithmetic)" in exact_edit.stdout
     assert "fitted again" in fitted_edit.stdout
 
 

@@ -189,7 +189,11 @@ def _print_result(output: Path, count: int, report: "SceneReport | None", *, as_
         summary = {"file": str(output), "frames": count, "bytes": size, "method": method}
         print_json("edit/1", {**summary, "bounds": bounds, "errors": errors})
         return
-    method_text = "exact, in integers" if report is None else "fitted again, within bounds"
+    method_text = (
+        "exact (integer arithmetic)"
+        if report is None
+        else "fitted again; all errors are within their bounds"
+    )
     rows = {"frames": f"{count}", "whole stream": f"{size:,} bytes", "edit": method_text}
     if bounds and errors:
         rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}
