@@ -26,7 +26,7 @@ class AnchorLevel:
 
     Attributes:
         owners: `[a]` ids of the Gaussians that were chosen as anchors, ascending.
-        positions: `[3, a]` positions that these Gaussians had when chosen, lattice units.
+        positions: `[3, a]` positions of these Gaussians when they were chosen, lattice units.
         parents: `[a]` index of each anchor's parent in the next coarser
             level; all 0 at the coarsest level.
     """
@@ -106,15 +106,15 @@ def compute_ranks(scene: Scene) -> Int64:
 
 
 def _sort_by_cell(positions: Int32) -> tuple[Int64, Int64]:
-    """Sort Gaussians in Morton order, and find the smallest shifts at which neighbors share a cell.
+    """Sort Gaussians in Morton order, and find the smallest shift at which neighbors share a cell.
 
     A shift is the binary logarithm of a cell size. In Morton order, the Gaussians of a cell are
     contiguous at every shift, so a single sort finds the occupied cells for all shifts.
 
     Returns:
-        The `[N]` indices of the Gaussians in Morton order, and the `[N]` smallest shifts at
-        which each of them is in the same cell as the one before it. For the first Gaussian, this
-        number is one more than the largest shift.
+        The `[N]` indices of the Gaussians in Morton order; and for each of them, `[N]`, the
+        smallest shift at which it shares a cell with the Gaussian before it. For the first
+        Gaussian, this value is one more than the largest shift.
     """
     offset_positions = positions.astype(np.int64) + LATTICE_OFFSET
     high, low = (

@@ -58,7 +58,7 @@ def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
 
 
 def would_benefit_from_fast_engine() -> bool:
-    """Return whether this process decoded a large scene although no fast engine is installed."""
+    """Return whether no fast engine is installed and this process has decoded a large scene."""
     return (
         find_fast_engine() is None
         and ReferenceEngine.largest_gaussian_count >= _LARGE_GAUSSIAN_COUNT

@@ -145,7 +145,7 @@ def decode_updates(state: State, section: Section) -> State:
     """Decode the updates of a frame, and return the state after them (SPEC 7.8).
 
     Args:
-        state: State after `decode_motion`, in a stream with updates.
+        state: State after `decode_motion`; the stream must have updates.
         section: Coded updates of the frame.
 
     Raises:

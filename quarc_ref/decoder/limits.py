@@ -38,7 +38,7 @@ def require_births(header: StreamHeader, count: int, gaussian_count: int) -> Non
 
 
 def _decline_above(limit: int, count: int, noun: str) -> None:
-    """Decline a count above this decoder's own limit, which matters only at the unlimited level.
+    """Decline a count above this decoder's own limit; only the unlimited level allows more.
 
     Raises:
         LimitError: The count is above the limit, although the stream is valid.

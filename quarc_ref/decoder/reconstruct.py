@@ -62,7 +62,7 @@ def begin_frame(state: State, death_count: int) -> State:
 
 
 def choose_deaths(scene: Scene, count: int) -> Int64:
-    """Return the indices of the `count` least opaque Gaussians, ties by lowest id (SPEC 7.4)."""
+    """Return the `count` least opaque Gaussians; of equal ones, those with lower ids (SPEC 7.4)."""
     order = np.argsort(scene.codes[OPACITY.start], kind="stable")
     return order[:count]
 

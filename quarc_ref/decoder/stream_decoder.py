@@ -33,8 +33,8 @@ class StreamDecoder:
     Attributes:
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
-        index: Seek points from the INDX chunk; None before this chunk.
-        tail: Content of the TAIL chunk; None before this chunk.
+        index: Seek points from the INDX chunk; None until it is decoded.
+        tail: Content of the TAIL chunk; None until it is decoded.
         reference: The last CANO; None before the first, and in streams without snapshots.
         canonical_indices: `[N]` index in the CANO of each Gaussian of the last canonical frame or
             snapshot, -1 for new Gaussians; empty in streams without snapshots.
@@ -74,7 +74,7 @@ class StreamDecoder:
 
         Args:
             points: All seek points up to the target; empty to continue at the next chunk.
-            canonical: The CANO that the target refers to; None if the target is no snapshot.
+            canonical: The CANO that the target refers to; None if it is not a snapshot.
 
         Raises:
             BitstreamError: The CANO is invalid.

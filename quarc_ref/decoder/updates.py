@@ -23,7 +23,7 @@ def update_context(state: State) -> UpdateContext:
     """Return the data that selects the contexts of a frame's updates (SPEC 8.8).
 
     Args:
-        state: State after `move`, in a stream with updates.
+        state: State after `move`; the stream must have updates.
     """
     return UpdateContext(state.motion, state.known_recency)
 
@@ -32,7 +32,7 @@ def apply_updates(state: State, updates: Updates) -> State:
     """Return the state with individual Gaussians changed or deleted (SPEC 7.8).
 
     Args:
-        state: State after `move`, in a stream with updates.
+        state: State after `move`; the stream must have updates.
         updates: Updates in quantization steps.
 
     Raises:

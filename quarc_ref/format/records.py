@@ -272,7 +272,7 @@ class FrameChunk:
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """The numbers of frames and seek points, and the offset of INDX: TAIL (SPEC 5.8)."""
+    """The TAIL chunk: numbers of frames and seek points, and the offset of INDX (SPEC 5.8)."""
 
     frame_count: int
     canonical_count: int

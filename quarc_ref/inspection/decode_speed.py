@@ -24,8 +24,8 @@ class Speed:
         fps: Frames per second after the first frame.
         cpu_ms: Milliseconds of CPU time per frame after the first frame, summed over all
             threads; more reliable than `fps` on a busy machine.
-        stolen_share: Stolen fraction of the CPU time that this machine needed (see `stolen_time`);
-            None if the system does not report steal time.
+        stolen_share: Stolen CPU time divided by the CPU time that this machine needed (see
+            `stolen_time`); None if the system does not report steal time.
         ms_by_stage: Milliseconds per frame after the first frame, by stage; if threads run in
             parallel, the sum over the stages exceeds the time per frame.
         first_frame_s: Seconds from opening the stream to its first frame, including the

@@ -30,9 +30,9 @@ def estimate_motion(symbols: tuple[Int64, ...]) -> float:
 def estimate_updates(updates: Updates, gaussian_count: int) -> float:
     """Return the estimated bytes of a frame's updates.
 
-    One channel states which Gaussians change, and one which of these are deleted. For every
-    field of the others, one channel states which of them change it, and one channel per row
-    contains its residuals.
+    One channel states which Gaussians change, and another states which of these are deleted. For
+    each field, one channel states in which of the remaining Gaussians it changes, and one channel
+    per row contains the residuals.
 
     Args:
         updates: Updates of the frame.

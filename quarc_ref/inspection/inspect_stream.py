@@ -90,7 +90,7 @@ def inspect_stream(
 
 
 def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
-    """Return the number of bytes of the coded planes in a frame's chunk, by kind.
+    """Return the number of bytes of each kind of coded planes in a frame's chunk.
 
     Args:
         chunk: Chunk of a frame.

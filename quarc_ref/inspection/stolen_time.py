@@ -24,7 +24,7 @@ class ProcessorTime:
     stolen: int
 
     def stolen_share(self, earlier: "ProcessorTime") -> float:
-        """Return the stolen fraction of the CPU time that was needed since `earlier`."""
+        """Return the stolen CPU time since `earlier`, divided by the CPU time that was needed."""
         busy, stolen = self.busy - earlier.busy, self.stolen - earlier.stolen
         return stolen / max(1, busy + stolen)
 

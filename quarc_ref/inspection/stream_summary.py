@@ -22,10 +22,10 @@ class FrameSummary:
         anchors: Number of anchors, summed over all levels.
         births: Number of new Gaussians.
         deaths: Number of deleted Gaussians.
-        updates: Number of Gaussians that updates change without deleting them.
-        chunk_bytes: Size of the frame's chunk including framing.
-        coded_bytes: Bytes of the coded planes by kind; `chunk_bytes` includes them.
-        estimate_bytes: Zero-order entropy of the coded planes by kind, bytes.
+        updates: Number of Gaussians that are changed, but not deleted, by updates.
+        chunk_bytes: Size of the frame's chunk in bytes, including framing.
+        coded_bytes: Number of bytes of the coded planes of each kind; included in `chunk_bytes`.
+        estimate_bytes: Zero-order entropy of the coded planes of each kind, in bytes.
         magnitudes: Histograms of the magnitudes of the motion symbols.
         sha256: Digest of the frame's state.
     """
@@ -75,7 +75,7 @@ class ChunkSummary:
         kind: Type of the chunk, four letters.
         sequence: Sequence number of the chunk.
         offset: Offset of the chunk in the stream, bytes.
-        byte_count: Size of the chunk including framing.
+        byte_count: Size of the chunk in bytes, including framing.
     """
 
     kind: str
@@ -101,7 +101,7 @@ class StreamSummary:
         header: Header from the HEAD chunk.
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
-        total_bytes: Size of the whole stream.
+        total_bytes: Size of the whole stream, bytes.
         frames: Frames in order.
         chunks: Chunks in order, including those of unknown types.
     """
@@ -124,13 +124,13 @@ class StreamSummary:
         return max((frame.anchors for frame in self.frames), default=0)
 
     def coded_bytes(self) -> dict[str, int]:
-        """Return the bytes of the whole stream, of coded planes by kind, and of the overhead."""
+        """Return the bytes of the stream, of each kind of coded planes, and of the overhead."""
         coded = {kind: sum(frame.coded_bytes[kind] for frame in self.frames) for kind in KINDS}
         overhead = self.total_bytes - sum(coded.values())
         return {"total": self.total_bytes, **coded, "overhead": overhead}
 
     def estimate_bytes(self) -> dict[str, int]:
-        """Return the zero-order entropy of the coded planes by kind, in bytes."""
+        """Return the zero-order entropy of the coded planes of each kind, in bytes."""
         return {
             kind: round(sum(frame.estimate_bytes[kind] for frame in self.frames)) for kind in KINDS
         }

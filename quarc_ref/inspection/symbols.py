@@ -12,7 +12,7 @@ _TRANSLATION_ROWS = 3
 
 @dataclass(frozen=True, slots=True)
 class MagnitudeHistograms:
-    """Numbers of symbols of each magnitude, from 0 to the largest magnitude.
+    """Numbers of symbols with each magnitude, from 0 to the largest magnitude.
 
     Attributes:
         translation: Histogram of the x, y and z components of translation residuals.

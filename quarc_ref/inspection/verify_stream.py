@@ -1,4 +1,4 @@
-"""Verifies a whole stream, with both entropy decoders and from every seek point."""
+"""Verifies a whole stream: decodes it with both entropy decoders, and from every seek point."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass

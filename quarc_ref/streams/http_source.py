@@ -120,7 +120,11 @@ class HttpSource:
         return self._read_body(response, last + 1 - first), version
 
     def _parse_unsatisfied_range(self, content_range: str, offset: int) -> FileVersion:
-        """Return the file's version; raise SourceError if the file does contain the range."""
+        """Return the version of a file that is too short for a requested range.
+
+        Raises:
+            SourceError: According to its size, the file contains the start of the range.
+        """
         match = _UNSATISFIED_RANGE_PATTERN.fullmatch(content_range)
         if match and int(match[1]) > offset:
             self._raise_error(f"does not send byte {offset} of a file of {match[1]} bytes")

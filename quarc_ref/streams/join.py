@@ -29,8 +29,8 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
     The first stream keeps its frame numbers; those of the other streams are shifted. HEAD is
     copied from the first stream, except that its level is the highest level of all streams.
-    Cameras must be the same in all streams. Only those metadata entries are kept that are the
-    same in all streams. Ancillary chunks of unknown types keep their places between frames;
+    Cameras must be the same in all streams. Only the metadata entries that are the same in all
+    streams are kept. Ancillary chunks of unknown types keep their places between frames;
     identical chunks before the first frames of several streams are copied only once.
 
     Args:
@@ -125,7 +125,7 @@ class _StreamJoiner:
 
     Args:
         sink: Binary file to which the stream is appended.
-        parts: The contents of all streams that were compared.
+        parts: The contents that were compared, for all streams.
     """
 
     def __init__(self, sink: BinaryIO, parts: Sequence[_Part]) -> None:

@@ -33,7 +33,7 @@ class Gap:
     """A part of a stream that could not be decoded.
 
     Attributes:
-        offset: Offset of the first byte.
+        offset: Offset of the first byte in the stream.
         byte_count: Length in bytes; None if the stream has not been read to its end.
         reject_id: Reject id of the error at the beginning of the gap (SPEC 3.3).
         message: Message of the error.

@@ -27,9 +27,9 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
         frame: Ordinal of the requested frame.
 
     Returns:
-        All seek points up to the reader's new position, and the CANO to which the snapshot at this
-        position refers; None if it is not a snapshot. There are no seek points if the reader has
-        not moved, because the source is forward-only or does not have the frame yet.
+        All seek points up to the reader's new position and, if the chunk at this position is a
+        snapshot, the CANO to which it refers (otherwise None). There are no seek points if the
+        reader has not moved, because the source is forward-only or does not have the frame yet.
 
     Raises:
         BitstreamError: The index or a chunk that is read is invalid.

@@ -20,7 +20,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> list[int]:
     """Encode runs of bits, beginning with the last run.
 
     Args:
-        runs: The bits of each run, and the weight of its 1 bits out of 2^24, in decoding order.
+        runs: In decoding order, the bits of each run and the weight of a 1 bit (out of 2^24).
 
     Returns:
         32-bit words in the order in which a section stores them.

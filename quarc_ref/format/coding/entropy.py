@@ -1,7 +1,7 @@
 """Entropy coding of bits, with constriction if it is installed: SPEC 8.3.
 
-This is the only module that imports constriction. Its models are made from the integer
-weights minus 1, which makes its arithmetic exact; it then produces the same words as `ans`.
+This is the only module that imports constriction. Constriction's models are made from the
+integer weights minus 1, which makes its arithmetic exact, so it produces the same words as `ans`.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -43,8 +43,8 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
     """Encode runs of bits to words.
 
     Args:
-        runs: The bits of each run, and the weight of its 1 bits (1 to 2^24 - 1), in decoding
-            order.
+        runs: In decoding order, the bits of each run and the weight of a 1 bit (1 to
+            2^24 - 1).
 
     Returns:
         Words in the order in which a section stores them.
@@ -59,7 +59,7 @@ def encode_bits(runs: Iterable[tuple[Bits, int]]) -> UInt32:
 
 
 def make_bit_decoder(words: UInt32) -> BitDecoder:
-    """Make the decoder that `use_bit_decoder` has chosen, or otherwise the fastest decoder.
+    """Make the decoder chosen with `use_bit_decoder`; if none was chosen, the fastest decoder.
 
     Raises:
         InvalidWordsError: No encoder can produce these words.

@@ -138,7 +138,7 @@ class _LevelCoder:
         return coded
 
     def _expected_residuals(self, anchors: Int64) -> Int64:
-        """Return the `[c, n]` previous motion of anchors `[n]` minus that of the coarser levels."""
+        """Return the `[c, n]` previous motion of anchors `[n]` minus the sums of coarser levels."""
         parents = self._context.parents[anchors]
         return self._context.previous_motion[:, anchors] - self._coarser.sums[:, parents]
 
@@ -161,7 +161,7 @@ class _LevelCoder:
         return self._planes.code(f"{self._name}, moves", contexts, moving)
 
     def _code_nonzero(self, expected: Int64, values: Int64) -> Bits:
-        """Code which symbols are nonzero, given the number of nonzero channels coded before."""
+        """Code which symbols are nonzero; the contexts count the nonzero symbols coded before."""
         is_nonzero = np.zeros(values.shape, dtype=np.bool_)
         nonzero_counts = np.zeros(values.shape[1], dtype=np.int64)
         for channel, component in enumerate(_name_channels(values.shape[0])):

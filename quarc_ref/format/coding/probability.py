@@ -1,8 +1,9 @@
 """One-byte codes for the explicit probabilities of a plane: SPEC 8.2.
 
-A code represents the weight of a 1 bit in a context, out of 2^24. Whenever the distance of the
-weight from 0 or from 2^24 halves, eight more codes follow. With these codes, coding takes less
-than 0.1% more bits than with exact probabilities.
+A code represents the weight of a 1 bit in a context, out of 2^24. The spacing of the weights is
+proportional to their distance from the nearer of 0 and 2^24: each halving of this distance is
+divided into eight steps. With these codes, coding takes less than 0.1% more bits than with exact
+probabilities.
 """
 
 import numpy as np

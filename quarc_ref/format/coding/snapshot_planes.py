@@ -79,7 +79,7 @@ def write_snapshot(
         canonical: Gaussians of the CANO, in its Morton order.
         gaussians: Gaussians of the frame, in any order.
         canonical_indices: `[N]` index of each survivor in the CANO, without repetition; -1 for new
-            Gaussians. Survivors that have changed too much are coded as new.
+            Gaussians. Survivors whose differences are too large to code are coded as new Gaussians.
 
     Raises:
         EncodeError: Two color codes of a new Gaussian are too far apart.
@@ -210,7 +210,7 @@ def _select_rows(gaussians: Gaussians, indices: Int64) -> Int64:
 
 
 def _compute_residuals(rows: Int64, canonical_rows: Int64) -> Int64:
-    """Return the differences; a rotation whose index changes keeps its own components."""
+    """Return the differences; a rotation whose index differs gets its own components instead."""
     residuals = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
     index_changed = residuals[index] != 0
