@@ -50,7 +50,7 @@ class ClosedLoop:
 
     Attributes:
         state: The decoder's state of the last frame.
-        frame_bytes: Size of the last frame's chunk including its framing, bytes.
+        frame_bytes: Size of the last frame's chunk in bytes, including framing.
         engine: The decoder's engine.
     """
 

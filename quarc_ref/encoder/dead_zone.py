@@ -1,9 +1,9 @@
-"""The dead zone of snapshots: snapshots undo small moves since the canonical frame.
+"""The dead zone of snapshots: a snapshot undoes small moves since the canonical frame.
 
 Later frames are decoded from the state in the snapshot, so the encoder may change this state.
-Many Gaussians have drifted by a step or two since the canonical frame. Coding the drift costs
-bytes without a visible effect (docs/experiments/what-moves.md). Codes of scale, opacity and
-color have no dead zone, because undoing even their smallest changes would be visible.
+Many Gaussians have drifted by a step or two since the canonical frame. Coding this drift costs
+bytes but has no visible effect (docs/experiments/what-moves.md). Codes of scale, opacity and color
+have no dead zone, because undoing even their smallest changes would be visible.
 """
 
 import numpy as np
@@ -53,6 +53,6 @@ def undo_small_moves(
 
 
 def _find_small_changes(rows: Int64, canonical_rows: Int64, limits: tuple[int, ...]) -> Bits:
-    """Return a mask of the columns in which no row differs by more than the limit of the row."""
+    """Return a mask of the columns in which no row differs by more than the row's limit."""
     is_small: Bits = np.all(np.abs(rows - canonical_rows) <= np.array(limits)[:, None], axis=0)
     return is_small

@@ -233,7 +233,7 @@ class _Encoding:
         self._loop = ClosedLoop(sink, header, capture.cameras, metadata, existing_bytes)
 
     def _start_inter_frames(self, state: FrameState) -> None:
-        """Compute the exposures and the reference loss of later frames from decoded frame 0."""
+        """Compute the exposures and reference loss for later frames from decoded frame 0."""
         if self._config.canonical.exposure_lr:
             refit_exposures(self._context, state)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
@@ -242,7 +242,7 @@ class _Encoding:
             self._checkpoint.remove()
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
-        """Return the checkpoint for the inputs of this encode, or None if there is no path."""
+        """Return the checkpoint for the inputs of this encode, or None if `path` is None."""
         cameras = [asdict(camera) for camera in self._capture.cameras]
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
 

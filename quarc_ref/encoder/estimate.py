@@ -34,7 +34,7 @@ _LAMBDA_EXPONENT = -0.2  # exponent: half the weight gives 15 % more bytes
 def estimate_encode(
     context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
 ) -> Estimate:
-    """Estimate the time and size of an encode; the random numbers of the encode do not change.
+    """Estimate the time and size of an encode without affecting its random numbers.
 
     Args:
         context: Training views and renderer.

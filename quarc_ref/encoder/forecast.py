@@ -43,8 +43,8 @@ class Forecast:
         seconds_of_first: Time for frame 0, extrapolated from training steps on this machine.
         seconds_per_frame: Time for each later frame, extrapolated from the same training steps.
         seconds: Time for all frames.
-        memory_bytes: Upper bound on the main memory that is used; with CUDA, also on the device
-            memory.
+        memory_bytes: Upper bound on the main memory in use; with CUDA, device memory has the same
+            bound.
         disk_bytes: Upper bound on the disk space for the stream and its checkpoint.
         stream_bytes: Lower and upper bounds on the size of the stream.
     """

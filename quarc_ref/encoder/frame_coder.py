@@ -38,7 +38,7 @@ EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameStart:
-    """A frame after its deaths, with all Gaussians bound to anchors, before its motion (SPEC 7.4).
+    """A frame whose Gaussians are bound to anchors: after its deaths, before its motion (SPEC 7.4).
 
     Attributes:
         previous: State of the previous frame.
@@ -53,12 +53,12 @@ class FrameStart:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MovedFrame:
-    """A frame after its motion and updates (SPEC 7.5, 7.8), before its births.
+    """A frame after its motion and updates (SPEC 7.5, 7.8), and before its births.
 
     Attributes:
         previous: State of the previous frame.
         state: State of this frame.
-        chunk: Chunk of the frame without births and state CRC.
+        chunk: Chunk of the frame, still without its births and state CRC.
     """
 
     previous: FrameState
@@ -219,8 +219,8 @@ class FrameCoder:
             moved_frame: The frame after its motion.
             births: Births of the frame; None if the frame has no births.
             reference: The last canonical frame (CANO).
-            canonical_indices: `[n]` index in the CANO chunk of each Gaussian of the last keyframe,
-                ordered by id; -1 for Gaussians that are not in the CANO chunk.
+            canonical_indices: `[n]` position of each Gaussian of the last keyframe in the CANO
+                chunk, ordered by id; -1 for Gaussians that the CANO chunk does not contain.
             dead_zone: Largest move since the CANO that the snapshot undoes, in steps; see
                 `undo_small_moves`.
 

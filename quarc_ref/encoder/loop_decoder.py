@@ -21,8 +21,8 @@ class LoopDecoder(StreamDecoder):
 
     A frame's state depends only on the previous state and on the bytes of its chunk. The frame
     coder decodes the sections of the chunk one by one, so its final state equals the result of
-    decoding the chunk. A chunk that differs in any byte, or that follows a different state, is
-    decoded again.
+    decoding the chunk. A chunk is decoded again if it differs from the stored chunk in any byte, or
+    if it follows a different state.
     """
 
     _decoded: _DecodedFrame | None = None

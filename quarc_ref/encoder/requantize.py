@@ -1,7 +1,7 @@
 """Rounds a decoded scene to the grid of canonical frames: the inverse of SPEC 7.2.
 
-Rounding uses only integers. The error is at most half a `position_step` per axis, and at most
-half of 2^-`rotation_bits` in each of the three coded components of a rotation.
+Rounding uses only integer arithmetic. The error is at most half a `position_step` per axis, and at
+most half of 2^-`rotation_bits` in each of the three coded components of a rotation.
 """
 
 import numpy as np

@@ -43,7 +43,7 @@ def propose_steps(
     and points, a coarser lattice is used.
 
     Args:
-        header: Header from the settings. If a step is 0 in `settings`, the step in this header is
+        header: Header from the settings. If a step is 0 in `settings`, the step in `header` is
             kept.
         settings: Position step in pixels, and translation step as a mean change of the pictures.
         cameras: The training cameras.
@@ -102,7 +102,7 @@ def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:
 def measure_sharpness(pictures: Iterable[Image]) -> float:
     """Measure the mean difference between neighboring pixels, as a fraction of white.
 
-    The mean is taken over all pixels, color channels and both axes, after a 3x3 box filter has
+    The mean is taken over all pixels, all color channels and both axes, after a 3x3 box filter has
     suppressed noise. All sums are integers, so the result is the same on every machine.
 
     Args:

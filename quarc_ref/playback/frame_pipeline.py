@@ -35,7 +35,7 @@ class Frame:
     Attributes:
         state: Decoded state.
         splats: Dequantized scene, which must not be modified.
-        chunk_bytes: Size of the chunk's payload.
+        chunk_bytes: Size of the chunk's payload, bytes.
         nanoseconds: Time to decode the chunk and dequantize the state; the times of successive
             frames may overlap.
     """

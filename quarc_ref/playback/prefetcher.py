@@ -66,7 +66,7 @@ class Prefetcher(Generic[_Item]):
 
 
 class _Worker(Generic[_Item]):
-    """Fills the buffer of a `Prefetcher` in its thread; contains the data that both threads use."""
+    """Fills the buffer of a `Prefetcher` from a thread; holds the data that both threads use."""
 
     def __init__(
         self, make_iterator: Callable[[], Generator[_Item]], max_items: int, closed: Event
@@ -76,7 +76,7 @@ class _Worker(Generic[_Item]):
         self.closed = closed
 
     def run(self) -> None:
-        """Put all items into the buffer, then a marker of the iterator's end or its error."""
+        """Put all items into the buffer, then a marker of the iterator's end, or its exception."""
         error = None
         try:
             self._produce_all()

@@ -3,8 +3,8 @@
 The agreement of a picture and a pose is the correlation between the colors of visible points and
 the pixels at their projections; it does not depend on exposure. Pictures are reported as mixed
 up if they agree better with each other's poses than with their own. A pose is reported as wrong
-if the agreement with its picture increases when the picture is shifted, or is much lower than
-that of other cameras.
+if its agreement with its picture increases when the picture is shifted, or is much lower than the
+agreement for other cameras.
 """
 
 from collections.abc import Iterator, Sequence
@@ -40,7 +40,8 @@ class Disagreement:
     """Indices of cameras whose pictures do not fit their poses.
 
     Attributes:
-        mixed_up_pairs: Pairs `(camera, other)`: the picture of `camera` fits the pose of `other`.
+        mixed_up_pairs: Pairs `(camera, other)` for which the picture of `camera` fits the pose of
+            `other`.
         wrong_cameras: Cameras whose picture fits neither their own pose nor another camera's.
     """
 
@@ -108,7 +109,7 @@ def compare_colors(
 def _assign_poses(agreements: NDArray[np.float64]) -> NDArray[np.intp]:
     """Assign a pose to each picture.
 
-    Pictures exchange poses only if the agreement of each of these pictures improves.
+    Two or more pictures exchange poses only if the exchange improves the agreement of each of them.
 
     Args:
         agreements: `[n, n]` agreement of every picture with every pose.

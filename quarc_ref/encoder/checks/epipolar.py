@@ -36,7 +36,7 @@ class _CameraPair:
     Attributes:
         first: Index of the first camera.
         second: Index of the second camera.
-        degrees: Angle between the optical axes.
+        degrees: Angle between the optical axes, degrees.
         error: Median distance of the matches from their epipolar lines, pixels.
     """
 

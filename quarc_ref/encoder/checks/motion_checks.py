@@ -212,7 +212,7 @@ def _measure_plane_angles(
     Args:
         rays: `[rows, columns, 3]` directions.
         baseline: `[3]` vector from one camera center to the other.
-        reference_direction: `[3]` direction whose half-plane has an angle of about 0.
+        reference_direction: `[3]` direction that determines the half-plane with angle 0.
     """
     axis = baseline / np.linalg.norm(baseline)
     # a small offset, because the reference direction may be parallel to the baseline

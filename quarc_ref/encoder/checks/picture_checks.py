@@ -89,7 +89,7 @@ def _compare_light(light: Numbers) -> Numbers:
     """Return `[camera, 4]` exposure and three tints relative to the median camera, in stops.
 
     Each value is the lower or upper quartile over the points, whichever is nearer to 0, because
-    points with undetected occlusions would exaggerate the differences.
+    undetected occlusions at some of the points exaggerate the differences.
 
     Args:
         light: `[camera, P, 3]` light of each camera, from `_PictureMeasurements`.
@@ -170,9 +170,9 @@ def _find_equal_pictures(names: Sequence[str], pictures: Sequence[Numbers]) -> I
 def _measure_blur(gray: NDArray[np.float32]) -> float:
     """Measure the blur of a picture, from 0 to 1.
 
-    The method is from Crete et al., "The Blur Effect" (2007): the picture is blurred, and the
-    blur is the fraction of the differences between neighboring pixels that remains. The result
-    is the larger of the fractions along the two axes.
+    The method is from Crete et al., "The Blur Effect" (2007): the picture is blurred by a filter
+    along each axis, and the fraction of the differences between neighboring pixels that remains is
+    measured. The result is the larger of the two fractions.
     """
     size = 2 * max(2, gray.shape[1] // 100) + 1
     top, left = (max(0, (length - _BLUR_WINDOW_PIXELS) // 2) for length in gray.shape)

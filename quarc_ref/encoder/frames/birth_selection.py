@@ -1,8 +1,8 @@
-"""Selects births by rate and distortion: weighs their loss reduction against their bytes.
+"""Selects births by rate and distortion: the loss they save is compared with their bytes.
 
-A new Gaussian is selected if it lowers the loss of the training views by more than the cost
-of an average Gaussian in the births section. The selected Gaussians are coded only if
-together they lower the loss by more than the cost of the section.
+A new Gaussian is selected if it lowers the loss over the training views by more than the cost of an
+average Gaussian in the births section. The selected Gaussians are coded only if together they lower
+the loss by more than the cost of the section.
 """
 
 from collections.abc import Callable
@@ -25,8 +25,8 @@ class ByteCost:
     """Cost of coding births, in units of the loss.
 
     Attributes:
-        weight: Decrease of the loss that is worth one byte.
-        count_bytes: Function that returns the size of the births section for given births, bytes.
+        weight: Decrease in loss that is worth one byte.
+        count_bytes: Function that returns the size of the births section in bytes for given births.
     """
 
     weight: float
@@ -35,12 +35,12 @@ class ByteCost:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class BirthObjective:
-    """The loss of the training views as a function of the new Gaussians of a frame.
+    """The loss over the training views as a function of the new Gaussians of a frame.
 
     Attributes:
         context: Training views and renderer.
         background: The decoded scene after the frame's motion; training does not change it.
-        decoded_scene: The same scene as `background`, in the integers of the decoder.
+        decoded_scene: The same scene as `background`, as the decoder's integers.
         lambda_dssim: Weight of D-SSIM in the loss.
     """
 
@@ -59,13 +59,13 @@ class BirthObjective:
         return rendering, self._loss(rendering.image, view)
 
     def mean_loss(self, births: Attributes) -> float:
-        """Return the mean loss of the training views with new Gaussians."""
+        """Return the mean loss over the training views with new Gaussians."""
         gaussians, views = self.activate(births), range(self.context.view_count)
         with torch.no_grad():
             return sum(float(self.render(gaussians, view)[1]) for view in views) / len(views)
 
     def mean_loss_without_births(self) -> float:
-        """Return the mean loss of the training views without new Gaussians."""
+        """Return the mean loss over the training views without new Gaussians."""
         views = range(self.context.view_count)
         losses = (self._loss(self.background.backdrop(view).image, view) for view in views)
         return sum(map(float, losses)) / len(views)
@@ -82,7 +82,7 @@ def select_births(
     """Return the quantized new Gaussians whose gain exceeds their cost; None if there are none.
 
     Args:
-        objective: Loss of the training views as a function of the births.
+        objective: Loss over the training views as a function of the births.
         births: Trained new Gaussians, at least one.
         parents: `[n]` index of each new Gaussian's parent in the scene.
         cost: Cost of coding the births.
@@ -100,12 +100,12 @@ def select_births(
 
 
 def estimate_gains(objective: BirthObjective, births: Attributes) -> Tensor:
-    """Estimate how much each new Gaussian reduces the mean loss of the training views, `[n]`.
+    """Estimate how much each new Gaussian reduces the mean training loss, `[n]`.
 
     The opacity of each Gaussian is multiplied by a factor, and the loss is differentiated with
-    respect to the factor. To second order, the reduction equals minus the derivative at
-    a factor of 0.5. The derivative at a factor of 1 cannot be used, because training has
-    brought it close to 0.
+    respect to the factor. Up to second order, the reduction equals the negative derivative at a
+    factor of 0.5. The derivative at a factor of 1 cannot be used, because training has brought it
+    close to 0.
     """
     gaussians = objective.activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()

@@ -35,8 +35,8 @@ def fit_births(
         context: Training views, renderer and random numbers.
         moved_state: The decoder's state after the motion of the frame.
         statistics: Screen-space gradients from stage 1.
-        config: All settings. All birth settings are used, and also the D-SSIM weight of the
-            motion settings and the learning rates of the canonical settings.
+        config: All settings. This function uses all birth settings, the D-SSIM weight of the motion
+            settings, and the learning rates of the canonical settings.
         cost: Cost of coding the births.
 
     Returns:
@@ -71,7 +71,7 @@ def _train(
     settings: BirthSettings,
     learning_rates: tuple[float, ...],
 ) -> tuple[Attributes, Tensor]:
-    """Train new Gaussians; return the trained Gaussians and the index of each one's parent."""
+    """Train new Gaussians; return the trained Gaussians and the indices of their parents."""
     context = objective.context
     trainer = Trainer(births, learning_rates)
     generator = context.generator(objective.decoded_scene.frame, "births training")

@@ -1,7 +1,7 @@
 """Differentiable operations of the motion surrogate (`surrogate`).
 
-For float32 tensors on the CPU, numba kernels compute the operations; for other tensors,
-torch does. The two implementations agree to float precision.
+Float32 tensors on the CPU are processed by numba kernels, and all other tensors by torch
+operations. The results of the two implementations agree to float precision.
 """
 
 from typing import Any
@@ -68,7 +68,7 @@ def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Te
     Args:
         residuals: `[A, c]` residuals of the anchors.
         anchors: `[L, N]` index in `residuals` of each Gaussian's anchor at each level.
-        followers: `[L N]` indices of the Gaussians bound to each anchor, sorted by anchor.
+        followers: `[L * N]` indices of the Gaussians bound to each anchor, sorted by anchor.
         starts: `[A + 1]` index in `followers` of the first Gaussian of each anchor.
     """
     total: Tensor = _SumLevels.apply(residuals, anchors, followers, starts)

@@ -174,7 +174,7 @@ class _Residuals:
 
     Args:
         initial_values: `[A, c]` initial residuals in quantization steps, levels concatenated.
-        level_offsets: Index of the first anchor of each level, and the total number of anchors.
+        level_offsets: Index of the first anchor of each level, then the total number of anchors.
         header: Header of the stream, which contains the quantization steps.
     """
 

@@ -113,7 +113,7 @@ def find_nearest(points: Tensor, queries: Tensor) -> Tensor:
 
 
 def filter_maximum(image: Tensor, radius: int) -> Tensor:
-    """Return the maximum of each pixel's square neighborhood, `2 radius + 1` pixels wide.
+    """Return the maximum of each pixel's square neighborhood, `2 * radius + 1` pixels wide.
 
     `max_pool2d` gives the same result but takes ten times as long on a CPU.
 

@@ -30,9 +30,9 @@ class RateDistortion:
 
     Attributes:
         factor: Product of the factors from quality, `--lambda` and rate control.
-        reference_loss: Mean loss of the training views at decoded frame 0. Weights that are
-            relative to the loss are multiplied by `reference_loss`, so that the same settings
-            suit easy and hard captures.
+        reference_loss: Mean loss of decoded frame 0 over the training views. Weights that are
+            relative to the loss are multiplied by `reference_loss`, so that the same settings suit
+            easy and hard captures.
     """
 
     factor: float = 1.0
@@ -65,7 +65,7 @@ def quality_factor(quality: float) -> float:
 
 
 def control_rate(sizes: Sequence[int], target: float) -> float:
-    """Return the factor with which the next frame brings the mean frame size closer to a target.
+    """Return the factor for the next frame that brings the mean frame size closer to a target.
 
     The model assumes that the size of a frame is a constant divided by the factor, and
     estimates the constant from the previous frames.

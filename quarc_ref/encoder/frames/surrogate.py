@@ -22,7 +22,7 @@ class BindingSums:
         device: Device of the residuals.
 
     Attributes:
-        level_offsets: Index of the first anchor of each level, and the total number of anchors.
+        level_offsets: Index of the first anchor of each level, then the total number of anchors.
     """
 
     def __init__(self, anchors: Anchors, device: torch.device) -> None:

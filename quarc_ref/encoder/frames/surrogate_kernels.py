@@ -32,7 +32,7 @@ def sum_followers(gradients, followers, starts, sums):
 
     Args:
         gradients: `[N, c]` gradients of the Gaussians.
-        followers: `[L N]` indices of the Gaussians bound to each anchor, sorted by anchor.
+        followers: `[L * N]` indices of the Gaussians bound to each anchor, sorted by anchor.
         starts: `[A + 1]` index in `followers` of the first Gaussian of each anchor.
         sums: `[A, c]` output.
     """
@@ -46,7 +46,7 @@ def sum_followers(gradients, followers, starts, sums):
 
 @kernel
 def _multiply(a, b, sign_a, sign_b, out):
-    """Write the Hamilton product of `a` and `b` to `out`; conjugate each if its sign is -1."""
+    """Write the Hamilton product of `a` and `b` to `out`; a factor with sign -1 is conjugated."""
     aw, ax, ay, az = a[0], sign_a * a[1], sign_a * a[2], sign_a * a[3]
     bw, bx, by, bz = b[0], sign_b * b[1], sign_b * b[2], sign_b * b[3]
     out[0] = aw * bw - ax * bx - ay * by - az * bz
@@ -64,7 +64,7 @@ def multiply_quaternions(left, right, products):
 
 @parallel_kernel
 def multiply_quaternions_backward(left, right, gradients, left_gradients, right_gradients):
-    """Compute both gradients: `gradients` multiplied by the conjugate of the other factor."""
+    """Compute the gradient of each factor: `gradients` times the conjugate of the other factor."""
     for i in numba.prange(left.shape[0]):
         _multiply(gradients[i], right[i], _ONE, -_ONE, left_gradients[i])
         _multiply(left[i], gradients[i], -_ONE, _ONE, right_gradients[i])

@@ -128,5 +128,5 @@ class TrainedUpdates:
         return Updates(indices, dies, residual_rows[:, indices] * ~dies)
 
     def _quantized(self) -> Tensor:
-        """Return the `[N, RESIDUAL_ROWS]` rounded residuals of the updates; 0 if not selected."""
+        """Return the `[N, RESIDUAL_ROWS]` rounded residuals, which are 0 for unselected updates."""
         return round_masked(self.leaf, self._limits, self._is_selected)

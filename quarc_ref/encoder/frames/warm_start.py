@@ -50,7 +50,7 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
 
 
 def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
-    """Return each anchor's previous symbols; a resampled anchor gets the mean of nearby ones."""
+    """Return each anchor's previous symbols; for a resampled anchor, those of nearby anchors."""
     new_levels = start.known_anchors.levels
     if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)

@@ -95,7 +95,7 @@ class FrameWritten:
     Attributes:
         frame: Ordinal of the frame.
         kind: `canonical`, `snapshot` or `moved`.
-        byte_count: Size of the frame's chunk including framing, bytes.
+        byte_count: Size of the frame's chunk in bytes, including framing.
         total_bytes: Size of the stream so far, bytes.
         gaussians: Number of Gaussians in the frame.
         births: Number of Gaussians that the frame adds.

@@ -66,7 +66,7 @@ def write_arrays(sink: BinaryIO, key: str, arrays: Arrays) -> None:
 
     Args:
         sink: Binary file to which the header and the arrays are appended.
-        key: Text that identifies the content; `read_arrays` rejects files with another key.
+        key: Text that identifies the content; `read_arrays` rejects files with a different key.
         arrays: Arrays by name.
     """
     array_types = {name: (array.dtype.str, array.shape) for name, array in arrays.items()}

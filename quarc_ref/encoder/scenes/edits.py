@@ -85,7 +85,7 @@ class Similarity:
         )
 
     def apply_to_header(self, header: StreamHeader) -> StreamHeader:
-        """Return a header with the transformed scale and up axis; 0 if up is not along an axis."""
+        """Return a header with the transformed scale and up axis (0 if no axis points up)."""
         up_axis = 0
         if header.up_axis:
             axis_index, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
@@ -99,7 +99,7 @@ class Similarity:
 
 @dataclass(frozen=True, slots=True)
 class Edit:
-    """Changes to every frame, which are applied in the order of the attributes.
+    """Changes that are applied to every frame, in the order listed here.
 
     Attributes:
         boxes: Boxes `(min x, min y, min z, max x, max y, max z)` in world units. Only Gaussians
@@ -150,7 +150,7 @@ class Edit:
 
 
 def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
-    """Yield edited frames; ids are not reused for other Gaussians after a canonical frame.
+    """Yield edited frames; ids after a keyframe differ from all ids before it.
 
     Args:
         scenes: Decoded frames of a stream, in order.

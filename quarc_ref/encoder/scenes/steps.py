@@ -107,10 +107,10 @@ def _choose_lattice(
 def _choose_fine_lattice(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats]
 ) -> StreamHeader:
-    """Return a header whose lattice and steps keep the bound of positions.
+    """Return a header whose lattice and steps keep position errors within their bound.
 
     Raises:
-        EncodeError: No lattice contains the positions and keeps the bound.
+        EncodeError: No lattice covers the positions and is fine enough for the bound.
     """
     max_coordinate = max(float(np.abs(frame.positions).max()) for frame in frames) * _RANGE_FACTOR
     range_exponent = (

@@ -45,8 +45,8 @@ class EncoderConfig(Validated):
     """All settings of an encode.
 
     Attributes:
-        stream: Header fields. The encoder overwrites the fields of the clock, conformance level,
-            seed and snapshots.
+        stream: Header fields. The encoder overwrites the clock, the conformance level, the seed and
+            `snapshots`.
         steps: Quantization steps relative to the capture's resolution.
         canonical: Settings of canonical frames.
         motion: Settings of stage 1 (motion) of frames between keyframes.

@@ -1,8 +1,8 @@
 """The photometric loss of 3DGS: (1 - w) L1 + w (1 - SSIM).
 
-For float32 tensors on the CPU, numba kernels compute SSIM and its gradient; for other
-tensors, torch convolutions do. The two implementations agree to float precision. A ground
-truth is compared with many renderings, so its local means and variances are cached as long
+SSIM and its gradient are computed by numba kernels for float32 tensors on the CPU, and by torch
+convolutions for all other tensors. The results of the two implementations agree to float precision.
+A ground truth is compared with many renderings, so its local means and variances are cached as long
 as its tensor exists.
 """
 
@@ -70,7 +70,7 @@ class _NumbaSsim(Function):
 
 
 def _cache_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Return a ground truth as `[H, 3 W]`, and its cached local moments `[2, H, 3 W]`."""
+    """Return a ground truth as `[H, 3 * W]`, and its cached local moments `[2, H, 3 * W]`."""
     truth_rows = truth.detach().contiguous().numpy().reshape(truth.shape[0], -1)
     if truth not in _MOMENT_CACHE:
         moments = np.empty((2, *truth_rows.shape), dtype=np.float32)

@@ -65,7 +65,7 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
-    """Quantize new Gaussians relative to their parents; sort them by their parent's index.
+    """Quantize new Gaussians relative to their parents, and sort them by parent index.
 
     Args:
         attributes: Attributes of the new Gaussians.

@@ -16,7 +16,7 @@ _MIN_SQUARED_NORM = 1e-24
 
 
 def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -> Tensor | float:
-    """Return the weighted mean opacity plus the weighted mean scale."""
+    """Return the sum of the mean opacity and the mean scale, each multiplied by its weight."""
     if not (settings.opacity_reg or settings.scale_reg):
         return 0.0
     opacities, scales = torch.sigmoid(attributes.opacities), torch.exp(attributes.log_scales)

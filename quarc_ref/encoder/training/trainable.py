@@ -177,7 +177,7 @@ class Trainer:
             }
 
     def replace_rows(self, keep_mask: Tensor, new_rows: Attributes) -> None:
-        """Remove Gaussians outside `keep_mask` `[N]`; append new ones with zero Adam state."""
+        """Keep the Gaussians in `keep_mask` `[N]`, and append new ones with zero Adam state."""
         groups = zip(self._adam.param_groups, new_rows.tensors(), strict=True)
         new_leaves = []
         for group, rows in groups:
