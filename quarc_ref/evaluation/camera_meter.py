@@ -40,8 +40,8 @@ class CameraMeter:
     """Measures the views of one camera in temporal order.
 
     Args:
-        background: `[H, W, 3]` background from `find_background`; None if unknown; the metrics of
-            the moving and static regions are then None.
+        background: `[H, W, 3]` background from `find_background`; if it is None, the metrics of the
+            moving and static regions are None.
         correction: Color correction; the names of corrected metrics contain its prefix.
     """
 
@@ -116,7 +116,7 @@ def _measure_masked_psnr(mask: Mask | None, picture: Picture, truth: Picture) ->
 
 
 def _measure_change(mask: Mask, picture: Picture, previous: Picture) -> float | None:
-    """Return the mean absolute difference in 8-bit levels over a mask; None if it is empty."""
+    """Return the mean absolute difference in 8-bit levels over a mask; None for an empty mask."""
     if not mask.any():
         return None
     return 255 * float(np.abs(picture[mask] - previous[mask]).mean(dtype=np.float64))

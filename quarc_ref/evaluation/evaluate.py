@@ -23,8 +23,8 @@ class EvaluationOptions:
     Attributes:
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         lpips: LPIPS metric; None to omit it.
-        accept_other_capture: Whether to accept a stream of another capture with the same cameras
-            and sizes. A stream without a fingerprint is always accepted.
+        accept_other_capture: Whether to accept a stream that was encoded from another capture with
+            the same cameras and picture sizes. A stream without a fingerprint is always accepted.
     """
 
     span: tuple[int, int | None] = (0, None)

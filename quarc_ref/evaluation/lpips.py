@@ -1,6 +1,6 @@
 """Measures LPIPS with weights from a file that the user provides.
 
-The package neither contains nor downloads weights. This statement creates the file:
+The package neither contains nor downloads weights. This Python statement creates the file:
 
     torch.save(lpips.LPIPS(net="vgg").state_dict(), "lpips_vgg.pth")
 

@@ -63,7 +63,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
 
 
 def plot_bytes_by_kind(summary: StreamSummary) -> bytes:
-    """Return a PNG plot of each kind's bytes and its size according to the zero-order estimate."""
+    """Return a PNG plot of the coded size and the zero-order estimate of each kind of data."""
     figure, (axes,) = _make_figure(1)
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kinds = [*KINDS, "overhead"]

@@ -43,7 +43,8 @@ def open_same_capture(
     Args:
         summary: Summary of the stream.
         folder: Folder of the capture.
-        accept_other_capture: Whether to accept another capture with the same cameras and sizes.
+        accept_other_capture: Whether to accept another capture with the same cameras and picture
+            sizes.
 
     Raises:
         OtherCaptureError: The stream was encoded from another capture.

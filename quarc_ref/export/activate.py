@@ -20,7 +20,7 @@ def compute_scales(splats: Splats) -> Float32:
 
 
 def compute_base_colors(splats: Splats) -> Float32:
-    """Return the `[N, 3]` colors that SH DC alone gives, clamped to the range from 0 to 1."""
+    """Return the `[N, 3]` colors given by SH DC alone, clamped to the range from 0 to 1."""
     colors: Float32 = np.clip(0.5 + SH_C0 * splats.sh[:, 0], 0, 1).astype(np.float32)
     return colors
 

@@ -1,8 +1,8 @@
 """Reads frames that other programs wrote, from a folder of files or from one file.
 
-A folder has one PLY or SPZ file per frame, and the numbers in the file names define the
-order. The optional `sequence.json`, which `decode` writes, contains frame rate, axes and
-cameras; its contents are validated.
+A folder has one PLY or SPZ file per frame, and the numbers in the file names define the order. The
+optional `sequence.json`, which `decode` writes, contains the frame rate, axes and cameras; its
+contents are validated.
 """
 
 import re

@@ -1,7 +1,7 @@
 """Exports frames as OpenUSD with usd-core: a ParticleField3DGaussianSplat with time samples.
 
-In the stage, +y is up, lengths are in units of the stream, and time codes are frame ordinals.
-The stage contains the cameras of the stream.
+In the stage, +y is up, lengths are in the stream's units, and time codes are frame ordinals. The
+stage contains the cameras of the stream.
 """
 
 from pathlib import Path

@@ -53,7 +53,7 @@ def find_upright_rotation(clip: Clip) -> tuple[float, float, float, float]:
 
 
 def convert_to_matrix(quaternion: tuple[float, float, float, float]) -> NDArray[np.float64]:
-    """Return the `[3, 3]` matrix of a quaternion wxyz; the rotation must map axes to axes."""
+    """Return the `[3, 3]` matrix of a quaternion wxyz that maps coordinate axes to each other."""
     w, x, y, z = quaternion
     matrix = np.array(
         [

@@ -68,7 +68,7 @@ def _cut_slices(pair_counts: Int32) -> Iterator[slice]:
     """Yield slices of at most `MAX_SLICE_PAIRS` pairs; a slice of a single Gaussian may have more.
 
     Args:
-        pair_counts: `[N]` numbers of pairs of the Gaussians.
+        pair_counts: `[N]` number of pairs of each Gaussian.
     """
     cumulative_pairs = np.cumsum(pair_counts, dtype=np.int64)
     start = listed_pairs = 0

@@ -1,9 +1,9 @@
 """Kernels that assign Gaussians to the tiles of a picture in depth order.
 
 Visible Gaussians are sorted once by depth and then added to the lists of their tiles, so every list
-is sorted. A Gaussian is listed in the tiles and rows that its ellipse intersects; its bounding box
-may intersect more of them. The alpha of the Gaussian is below 1/255 at all other pixels, so tiling
-does not change the picture.
+is sorted. A Gaussian is listed only in the tiles and rows that its ellipse intersects, not in all
+that its bounding box intersects. The alpha of the Gaussian is below 1/255 at all other pixels, so
+tiling does not change the picture.
 
 A band is a tuple of its first row of tiles, its end row (exclusive), and the number of tiles per
 row. Converting NaN or an out-of-range float to an integer gives different results on different
@@ -179,7 +179,7 @@ def _find_tile_rows(ellipse, top, bottom):
 
 @parallel_kernel
 def count_tiles(means2d, conics, max_exponents, band):
-    """Return how many tiles of a band each Gaussian intersects, `[N]`."""
+    """Return the `[N]` number of tiles of a band that each Gaussian intersects."""
     top, bottom, columns = band
     counts = np.zeros(max_exponents.size, dtype=np.int32)
     for i in numba.prange(max_exponents.size):
@@ -203,8 +203,8 @@ def list_tiles(means2d, conics, max_exponents, pair_starts, band):
         band: First row of tiles, end row (exclusive), and number of tiles per row.
 
     Returns:
-        `[P]` indices of tiles, counted row by row within the band, and for each of them the
-        first and the end pixel row (exclusive) that the Gaussian intersects, `[P, 2]`.
+        `[P]` indices of tiles, counted row by row within the band; `[P, 2]` first and end pixel row
+        (exclusive) that the Gaussian intersects in each of these tiles.
     """
     top, bottom, columns = band
     tiles = np.empty(pair_starts[-1], dtype=np.int32)

@@ -56,9 +56,9 @@ def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums)
         conic: Coefficients a / 2, b and c / 2 of the conic.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
-        column_sums: `[9 TILE]` nine sums over the rows for every column. The first six are
-            modified: sums of q, q e, q e^2 and of the gradients of red, green and blue. Here, q
-            is the gradient of the exponent, and e is the vertical offset of the row from the
+        column_sums: `[9 TILE]` nine sums over the rows for every column. The function adds to the
+            first six: the sums of q, q e, q e^2 and of the gradients of red, green and blue. Here,
+            q is the gradient of the exponent, and e is the vertical offset of the row from the
             Gaussian's center.
     """
     a, b, c = conic

@@ -77,7 +77,7 @@ def make_full_band(camera: Camera) -> Band:
 
 
 def count_pairs(projection: Projection, band: Band) -> Int32:
-    """Return how many tiles of a band each Gaussian intersects, `[N]`."""
+    """Return the `[N]` number of tiles of a band that each Gaussian intersects."""
     with KERNEL_LOCK:
         counts: Int32 = binning_kernels.count_tiles(
             projection.means2d, projection.conics, projection.max_exponents, tuple(band)

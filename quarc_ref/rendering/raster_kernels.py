@@ -97,7 +97,7 @@ def _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, 
 
 @kernel
 def choose_scatter_stride(count):
-    """Return a stride that visits all of `count` tiles in a scattered order.
+    """Return a stride with which all `count` tiles are visited in a scattered order.
 
     Each thread processes consecutive indices. If these were neighboring tiles, some threads
     would have much more work than others.

@@ -99,7 +99,7 @@ class Rasterizer(Protocol):
 
 
 class JoinedBackdrop:
-    """Backdrop for backends without a backdrop class of their own; renders all Gaussians anew.
+    """Backdrop for backends that have no backdrop class; every call renders all Gaussians.
 
     Args:
         rasterizer: The rasterizer.

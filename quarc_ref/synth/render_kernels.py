@@ -22,8 +22,8 @@ def render_picture(stage, camera, picture, depths):
 
     Args:
         stage: Stage from `pack_stage`.
-        camera: `[15]` center, directions right, down and forward, focal length and principal
-            point; the focal length and the principal point are in pixels.
+        camera: `[15]` center; directions right, down and forward; focal length in pixels; principal
+            point in pixels.
         picture: `[H, W, 3]` float64 output: linear light from 0 to 1.
         depths: `[H, W, 2]` output: minimum and maximum depth.
     """

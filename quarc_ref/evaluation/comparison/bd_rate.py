@@ -26,7 +26,7 @@ class BjontegaardDeltas:
         rate: BD-rate in percent, negative if the method needs fewer bytes; None if the
             curves do not overlap.
         quality: BD-PSNR in dB, or the corresponding delta of another metric in its own unit.
-        remark: Why a delta is None, or warnings about its accuracy; otherwise empty.
+        remark: Reason why a delta is None, or warnings about the accuracy; otherwise empty.
     """
 
     rate: float | None
@@ -43,8 +43,8 @@ def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
         curve: Rate and quality of each operating point of the other method.
 
     Returns:
-        The deltas. Both deltas are None, and the remark gives the reason, if a curve has fewer than
-        four points or its quality does not increase with the rate.
+        The deltas. If a curve has fewer than four points, or its quality does not increase with the
+        rate, both deltas are None, and the remark gives the reason.
     """
     for name, points in (("the reference", reference), ("the method", curve)):
         if len(points) < MIN_POINTS:

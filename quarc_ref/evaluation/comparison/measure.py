@@ -169,7 +169,7 @@ class _EntryMeter:
 def _load_truths(
     inputs: ComparisonInputs, frame: int
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
-    """Yield each camera's name and ground truth: its 8-bit levels, its floats, and its mask.
+    """Yield each camera's name, its ground truth in 8-bit levels and as floats, and its mask.
 
     The ground truth is the camera's picture or, without a capture, the rendering of the
     first entry.
@@ -221,7 +221,7 @@ def _format_frame_range(entry: Entry) -> str:
 
 
 def _choose_shown_views(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:
-    """Return camera-frame pairs: three of the first camera, and one of each of a few others."""
+    """Return camera-frame pairs: three frames of the first camera, one of each of a few others."""
     middle_frame = frames[len(frames) // 2]
     first_camera_views = {(cameras[0], frame) for frame in (frames[0], middle_frame, frames[-1])}
     return first_camera_views | {(name, middle_frame) for name in cameras[1:_MAX_SHOWN_CAMERAS]}

@@ -1,4 +1,4 @@
-"""Opens the entries named on the command line; streams come first, as they define the cameras."""
+"""Opens the entries named on the command line, streams first, because they define the cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

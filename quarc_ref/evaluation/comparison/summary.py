@@ -94,8 +94,8 @@ class Summary:
         points: Operating points in the order of the command line.
         reference: Method with which all other methods are compared; None if there is only one
             method.
-        deltas: Deltas of every other method, unless both this method and the reference method have
-            only one point.
+        deltas: Deltas of every other method; a method is omitted if both it and the reference
+            method have only one point.
     """
 
     points: list[OperatingPoint]
@@ -205,7 +205,7 @@ def _list_values(rows: Iterable[Measures], name: str) -> list[float]:
 
 
 def _build_curve(points: Sequence[OperatingPoint], method: str, metric: str) -> Curve:
-    """Return the rate and the quality of each point of a method whose rate is known."""
+    """Return the rate and quality of a method's points; points of unknown rate are omitted."""
     return [
         (point.kilobytes_per_frame.mean, quality.mean)
         for point in points

@@ -24,8 +24,8 @@ def plan_pictures(
         reference_camera: Camera that determines the picture size, the field of view and the first
             pose of the path.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
-        picture_count: Number of pictures; the frames are distributed evenly over them; None for one
-            picture per frame. It must be None if the path is a keyframe file, because the file
+        picture_count: Number of pictures, over which the frames are distributed evenly; None for
+            one picture per frame. It must be None if the path is a keyframe file, because the file
             defines the times of the pictures.
 
     Raises:
