@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import fftconvolve
 
-Numbers = NDArray[np.float64]
+Float64Array = NDArray[np.float64]
 
 _MIN_OVERLAP = 12  # minimum overlap of two shifted signals, in samples
 _MAX_CORRELATION = 0.999
@@ -35,8 +35,8 @@ class Shift:
     confidence: float
 
 
-def align(
-    signal_count: int, correlate: Callable[[int, int], Numbers | None], peak_width: int
+def align_signals(
+    signal_count: int, correlate: Callable[[int, int], Float64Array | None], peak_width: int
 ) -> list[Shift]:
     """Estimate the shift of each signal; the median shift is 0.
 
@@ -65,7 +65,7 @@ def align(
     return aligned
 
 
-def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Numbers:
+def correlate_signals(first: Float64Array, second: Float64Array, max_shift: int) -> Float64Array:
     """Correlate two signals at each shift of the second signal.
 
     Args:
@@ -105,7 +105,7 @@ def correlate_signals(first: Numbers, second: Numbers, max_shift: int) -> Number
     return curve
 
 
-def subtract_running_mean(signal: Numbers, window: int) -> Numbers:
+def subtract_running_mean(signal: Float64Array, window: int) -> Float64Array:
     """Remove slow trends from a signal by subtracting its running mean.
 
     Args:
@@ -116,14 +116,14 @@ def subtract_running_mean(signal: Numbers, window: int) -> Numbers:
     return np.asarray(signal - mean, np.float64)
 
 
-def _cross_correlate(first: Numbers, second: Numbers) -> Numbers:
+def _cross_correlate(first: Float64Array, second: Float64Array) -> Float64Array:
     """Return, for every shift, the sum over `t` of `first[t]` times `second[t + shift]`."""
-    correlation: Numbers = fftconvolve(second, first[::-1], axes=0).sum(axis=1)
+    correlation: Float64Array = fftconvolve(second, first[::-1], axes=0).sum(axis=1)
     return correlation
 
 
 def _correlate_pairs(
-    signal_count: int, correlate: Callable[[int, int], Numbers | None]
+    signal_count: int, correlate: Callable[[int, int], Float64Array | None]
 ) -> NDArray[np.float32]:
     """Return the correlation curves of all pairs as an array `[first, second, shift]`."""
     curve_by_pair = {
@@ -141,7 +141,7 @@ def _correlate_pairs(
 
 def _sum_curves(
     curves: NDArray[np.float32], shifts: NDArray[np.int64], index: int, other_indices: Sequence[int]
-) -> Numbers:
+) -> Float64Array:
     """Return, for each shift of a signal, the sum of its correlations with the other signals."""
     width = curves.shape[2]
     total = np.zeros(width)
@@ -195,7 +195,7 @@ def _sum_pair_correlations(curves: NDArray[np.float32], shifts: NDArray[np.int64
     return float(curves[first, second, shift_indices].sum())
 
 
-def _find_parabola_peak(curve: Numbers, peak: int) -> float:
+def _find_parabola_peak(curve: Float64Array, peak: int) -> float:
     """Fit a parabola to a peak and its neighbors; return the offset of its top from the peak."""
     if not 0 < peak < len(curve) - 1:
         return 0.0
@@ -208,7 +208,7 @@ def _find_parabola_peak(curve: Numbers, peak: int) -> float:
     )
 
 
-def _measure_confidence(curve: Numbers, peak: int, peak_width: int) -> float:
+def _measure_confidence(curve: Float64Array, peak: int, peak_width: int) -> float:
     is_outside_peak = np.abs(np.arange(len(curve)) - peak) > peak_width
     other_values = curve[is_outside_peak]
     deviation = float(other_values.std()) if other_values.size else 0.0

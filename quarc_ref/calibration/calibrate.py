@@ -44,7 +44,7 @@ class CalibrateOptions:
 
     Attributes:
         lenses: Assumptions about the lenses.
-        moments: Number of moments whose pictures are searched for features; None to choose it
+        moment_count: Number of moments whose pictures are searched for features; None to choose it
             automatically.
         masks: Masks by camera name, `[H, W]`, True where features may be used.
         sync: Method of estimating time offsets.
@@ -55,7 +55,7 @@ class CalibrateOptions:
     """
 
     lenses: LensOptions = field(default_factory=LensOptions)
-    moments: int | None = None
+    moment_count: int | None = None
     masks: Mapping[str, Mask] = field(default_factory=dict)
     sync: SyncMethod = SyncMethod.AUTO
     up: str = UP_FROM_LEVEL_CAMERAS
@@ -73,7 +73,7 @@ class Calibration:
         solution: Poses, lenses and errors in the solver's world coordinates.
         world: The calibrated cameras in the final world coordinates.
         points: Scene points at frame 0, in the final world coordinates.
-        moments: Number of moments whose pictures were searched for features.
+        moment_count: Number of moments whose pictures were searched for features.
     """
 
     recordings: Recordings
@@ -81,7 +81,7 @@ class Calibration:
     solution: Solution
     world: World
     points: Points
-    moments: int
+    moment_count: int
 
     @property
     def unreliable_cameras(self) -> tuple[str, ...]:
@@ -116,19 +116,19 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
     offsets, motions = find_offsets(
         recordings, options.sync, lambda *progress: options.report("sync", *progress)
     )
-    solution, moments = _estimate_poses(recordings, offsets, options)
+    solution, moment_count = _estimate_poses(recordings, offsets, options)
     if motions:
         new_offsets = _update_offsets(offsets, solution, motions)
         max_change = _find_max_offset_difference(offsets, new_offsets)
         offsets = new_offsets
         if max_change >= _MIN_OFFSET_CHANGE:
-            solution, moments = _estimate_poses(recordings, offsets, options)
+            solution, moment_count = _estimate_poses(recordings, offsets, options)
     solution, world, points = _build_scene(recordings, offsets, solution, options)
-    return Calibration(recordings, offsets, solution, world, points, moments)
+    return Calibration(recordings, offsets, solution, world, points, moment_count)
 
 
 def _update_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, Motion]) -> Offsets:
-    """Return the offsets, estimated anew for the cameras that have poses."""
+    """Estimate the offsets of cameras with poses again; set the offsets of other cameras to 0."""
     new_offsets = estimate_offsets_from_poses(solution.cameras, motions)
     return replace(
         new_offsets,
@@ -148,7 +148,7 @@ def _estimate_poses(
     names, pictures = recordings.names, recordings.pictures
     first_frames = CaptureNotes(offsets.frames).first_frames(names)
     synchronized_pictures = SynchronizedPictures(pictures, [first_frames[name] for name in names])
-    chosen_moments = _choose_moments(synchronized_pictures.frame_count, options.moments)
+    chosen_moments = _choose_moments(synchronized_pictures.frame_count, options.moment_count)
     best_solution: Solution | None = None
     with tempfile.TemporaryDirectory() as folder, silence_colmap():
         features = Features(Path(folder), [options.masks.get(name) for name in names])
@@ -157,7 +157,9 @@ def _estimate_poses(
             features.add_moment(moment, images, lambda *steps: options.report("features", *steps))
             is_last = moment_count == len(chosen_moments)
             if not is_last and (
-                options.moments or moment_count < _MIN_MOMENTS or moment_count & (moment_count - 1)
+                options.moment_count
+                or moment_count < _MIN_MOMENTS
+                or moment_count & (moment_count - 1)
             ):
                 continue
             options.report("poses", 0, 1)
@@ -181,7 +183,7 @@ def _has_sufficient_support(solution: Solution) -> bool:
 
 
 def _choose_moments(frame_count: int, count: int | None) -> list[int]:
-    """Return the frames to use, ordered by default so that the first few are far apart."""
+    """Return the frames to use; by default, they are ordered so that early ones are far apart."""
     if frame_count < 1:
         message = (
             "after synchronization, no frame is common to all cameras; use --sync none to "

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.calibration.alignment import (
-    Numbers,
+    Float64Array,
     Shift,
-    align,
+    align_signals,
     correlate_signals,
     subtract_running_mean,
 )
@@ -42,7 +42,7 @@ def align_by_epipolar_motion(
     rays = [_cast_rays(camera, motion) for camera, motion in zip(cameras, motions, strict=True)]
     centers = [-camera.pose.rotation.T @ camera.pose.translation for camera in cameras]
 
-    def correlate(first: int, second: int) -> Numbers | None:
+    def correlate(first: int, second: int) -> Float64Array | None:
         bins = _bin_angles(centers[second] - centers[first], rays[first], rays[second])
         is_shared = np.isin(np.arange(_ANGLE_BINS), bins[0]) & np.isin(
             np.arange(_ANGLE_BINS), bins[1]
@@ -57,10 +57,10 @@ def align_by_epipolar_motion(
         ]
         return correlate_signals(profiles[0], profiles[1], max_shift)
 
-    return align(len(cameras), correlate, peak_width)
+    return align_signals(len(cameras), correlate, peak_width)
 
 
-def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Numbers:
+def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Float64Array:
     """Return `[P, 3]` world directions of the rays through the pixels of downscaled pictures."""
     height, width = motion.shape[1:]
     lens, downscale = camera.lens, find_downscale_factor(camera.lens.width)
@@ -76,7 +76,7 @@ def _cast_rays(camera: CalibratedCamera, motion: Motion) -> Numbers:
     return np.asarray(directions @ camera.pose.rotation, np.float64)
 
 
-def _bin_angles(baseline: Numbers, *rays: Numbers) -> list[NDArray[np.int64]]:
+def _bin_angles(baseline: Float64Array, *rays: Float64Array) -> list[NDArray[np.int64]]:
     """Assign the rays of each camera to bins by their angle about the baseline.
 
     The bins cover the angles that the first camera sees. The result has a `[P]` array of bin
@@ -87,13 +87,16 @@ def _bin_angles(baseline: Numbers, *rays: Numbers) -> list[NDArray[np.int64]]:
     zero_direction = mean_ray - (mean_ray @ axis) * axis
     zero_direction /= max(float(np.linalg.norm(zero_direction)), 1e-12)
     side_direction = np.cross(axis, zero_direction)
-    angles = [np.arctan2(ray @ side_direction, ray @ zero_direction) for ray in rays]
-    min_angle, max_angle = float(angles[0].min()), float(angles[0].max())
+    camera_angles = [
+        np.arctan2(camera_rays @ side_direction, camera_rays @ zero_direction)
+        for camera_rays in rays
+    ]
+    min_angle, max_angle = float(camera_angles[0].min()), float(camera_angles[0].max())
     bins = [
-        np.floor((angle - min_angle) / max(max_angle - min_angle, 1e-9) * _ANGLE_BINS).astype(
+        np.floor((angles - min_angle) / max(max_angle - min_angle, 1e-9) * _ANGLE_BINS).astype(
             np.int64
         )
-        for angle in angles
+        for angles in camera_angles
     ]
     return [
         np.where((angle_bins < 0) | (angle_bins >= _ANGLE_BINS), _ANGLE_BINS, angle_bins)
@@ -101,7 +104,7 @@ def _bin_angles(baseline: Numbers, *rays: Numbers) -> list[NDArray[np.int64]]:
     ]
 
 
-def _average_by_angle(motion: Motion, pixel_bins: NDArray[np.int64]) -> Numbers:
+def _average_by_angle(motion: Motion, pixel_bins: NDArray[np.int64]) -> Float64Array:
     """Return the `[T, _ANGLE_BINS]` mean change of the pixels in each bin at each time."""
     order = np.argsort(pixel_bins, kind="stable")
     starts = np.searchsorted(pixel_bins[order], np.arange(_ANGLE_BINS + 1))

@@ -1,4 +1,4 @@
-"""Errors of calibration, whose messages say what to do."""
+"""Errors raised by calibration; their messages suggest remedies."""
 
 from quarc_ref.datasets.errors import CaptureError
 

@@ -12,7 +12,7 @@ from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
-# With more cameras, points are triangulated without the first camera.
+# If there are more cameras than this, points are triangulated without the first camera.
 _MIN_TRIANGULATION_CAMERAS = 3
 _NEAR_PLANE = 1e-6  # arbitrary value above 0, because nothing is rendered
 
@@ -30,7 +30,7 @@ class FirstFrame:
     pictures: tuple[Image, ...]
 
     def triangulate_points(self) -> Points:
-        """Triangulate points without the first camera, which `encode` holds out by default."""
+        """Triangulate points without the first camera, because `encode` holds it out by default."""
         first_index = 1 if len(self.cameras) > _MIN_TRIANGULATION_CAMERAS else 0
         return triangulate(self.cameras[first_index:], list(self.pictures[first_index:]))
 

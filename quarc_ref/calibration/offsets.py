@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
-from quarc_ref.calibration.alignment import Shift, align, correlate_signals
+from quarc_ref.calibration.alignment import Shift, align_signals, correlate_signals
 from quarc_ref.calibration.epipolar_motion import align_by_epipolar_motion
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import Recordings
@@ -105,7 +105,7 @@ def find_offsets(
     motions = _measure_motions(recordings, report)
     max_offset = _find_max_offset(motions.values())
     signals = [make_motion_signal(motion) for motion in motions.values()]
-    shifts = align(
+    shifts = align_signals(
         len(signals),
         lambda first, second: correlate_signals(signals[first], signals[second], max_offset),
         _PEAK_WIDTH,
@@ -163,7 +163,7 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
     max_shift = int(
         min(_MAX_OFFSET, _MAX_RELATIVE_OFFSET * min_frame_count) * _LOUDNESS_SAMPLES_PER_FRAME
     )
-    shifts = align(
+    shifts = align_signals(
         len(signals),
         lambda first, second: correlate_signals(signals[first], signals[second], max(1, max_shift)),
         _PEAK_WIDTH * _LOUDNESS_SAMPLES_PER_FRAME,

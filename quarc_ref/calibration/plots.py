@@ -13,7 +13,8 @@ from quarc_ref.datasets.capture import Points
 _TEXT_COLOR, _TICK_COLOR, _CAMERA_COLOR = "#4a545e", "#9aa3ad", "#3b6ea8"
 _DOTS_PER_INCH = 110
 _MAX_POINTS = 4000
-_LABEL_ROWS, _LABEL_HEIGHT = 3, 8  # points
+_LABEL_ROWS = 3
+_LABEL_HEIGHT = 8  # points
 _SIGHT_LINE_LENGTH = 0.22  # length of a line of sight, relative to the radius of the shown region
 _REGION_RADIUS_FACTOR = 1.25  # radius of the shown region, relative to the radius of the rig
 
@@ -70,7 +71,7 @@ def _draw_rig(
         axes.annotate(
             name,
             center,
-            (3, -9 - _LABEL_HEIGHT * int(row)),  # below the camera, neighbors on other rows
+            (3, -9 - _LABEL_HEIGHT * int(row)),  # below the camera; neighbors get different rows
             textcoords="offset points",
             color=_TEXT_COLOR,
             fontsize=7,

@@ -13,7 +13,7 @@ _MAX_ITERATIONS = 40
 _LOSS_SCALE = 0.5  # pixels: scale of the Cauchy loss
 _MAX_ERROR = 2.0  # pixels: larger errors come from wrong matches or moving points
 _MIN_ANGLE = 1.5  # degrees: minimum angle between the rays to a point
-_MAX_ERROR_RATIO = 1.02  # the pinhole is preferred up to this ratio of errors
+_MAX_ERROR_RATIO = 1.02  # maximum ratio of a pinhole's error to that of a distorted lens
 
 
 def refine_reconstruction(
@@ -47,12 +47,12 @@ def refine_reconstruction(
 
 def count_supported_points(model: pycolmap.Reconstruction) -> dict[int, int]:
     """Return, by image id, the number of points that at least two other images also see."""
-    support = {index: 0 for index, image in model.images.items() if image.has_pose}
+    support = {image_id: 0 for image_id, image in model.images.items() if image.has_pose}
     for point in model.points3D.values():
-        images = {element.image_id for element in point.track.elements}
-        if len(images) > 2:
-            for index in images:
-                support[index] += 1
+        image_ids = {element.image_id for element in point.track.elements}
+        if len(image_ids) > 2:
+            for image_id in image_ids:
+                support[image_id] += 1
     return support
 
 
@@ -65,22 +65,22 @@ def remove_unsupported_images(model: pycolmap.Reconstruction) -> dict[int, int]:
     removed_counts: dict[int, int] = {}
     while True:
         support = count_supported_points(model)
-        unsupported_images = [
-            index for index, count in support.items() if count < MIN_SUPPORTED_POINTS
+        unsupported_ids = [
+            image_id for image_id, count in support.items() if count < MIN_SUPPORTED_POINTS
         ]
-        if not unsupported_images or len(support) <= 2:
+        if not unsupported_ids or len(support) <= 2:
             return removed_counts
-        weakest = min(unsupported_images, key=lambda index: (support[index], index))
-        removed_counts[weakest] = support[weakest]
-        model.deregister_frame(model.images[weakest].frame_id)
+        weakest_id = min(unsupported_ids, key=lambda image_id: (support[image_id], image_id))
+        removed_counts[weakest_id] = support[weakest_id]
+        model.deregister_frame(model.images[weakest_id].frame_id)
 
 
 def measure_errors(model: pycolmap.Reconstruction) -> dict[int, list[float]]:
     """Return the reprojection errors of all points of each image, in pixels, by image id."""
     errors: dict[int, list[float]] = {}
-    for index, image in model.images.items():
+    for image_id, image in model.images.items():
         if image.has_pose:
-            errors[index] = [
+            errors[image_id] = [
                 float(np.linalg.norm(image.project_point(position) - point.xy))
                 for point, position in _list_observations(model, image)
             ]
@@ -103,8 +103,8 @@ def _bundle_adjust(model: pycolmap.Reconstruction, lenses: LensOptions) -> None:
     options.ceres.loss_function_scale = _LOSS_SCALE
     options.ceres.solver_options.max_num_iterations = _MAX_ITERATIONS
     config = pycolmap.BundleAdjustmentConfig()
-    for index in model.reg_image_ids():
-        config.add_image(index)
+    for image_id in model.reg_image_ids():
+        config.add_image(image_id)
     config.fix_gauge(pycolmap.BundleAdjustmentGauge.TWO_CAMS_FROM_WORLD)
     for _ in range(_ADJUSTMENT_ROUNDS):
         # `pycolmap.bundle_adjustment` does the same, but enables COLMAP's log.

@@ -81,7 +81,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
                 camera.name,
                 f"{fit.mean_error:.2f}",
                 f"{fit.median_error:.2f}",
-                f"{fit.points:,}",
+                f"{fit.point_count:,}",
                 f"{fit.support:,}",
                 "unreliable" if camera.name in offsets.unreliable_cameras else offset,
                 "" if confidence is None else f"{confidence:.1f}",
@@ -100,7 +100,7 @@ def _format_key_figures(calibration: Calibration) -> str:
         "calibrated cameras": f"{calibrated_count} of {camera_count}",
         "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
         "points at frame 0": f"{len(calibration.points.positions):,}",
-        "time points used": f"{calibration.moments}",
+        "time points used": f"{calibration.moment_count}",
         "largest offset": f"{max(offsets):.1f} frames",
     }
     return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())

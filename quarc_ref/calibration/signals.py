@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.calibration.alignment import Numbers, subtract_running_mean
+from quarc_ref.calibration.alignment import Float64Array, subtract_running_mean
 from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.sound import Sound
 
@@ -18,12 +18,12 @@ _MAX_CHANGE = 20.0  # 8-bit levels; larger changes are clipped
 _CHANGE_FLOOR = 1e-3  # 8-bit levels; added to mean changes before the logarithm
 
 
-def measure_loudness(sound: Sound, first_picture_time: float, loudness_rate: float) -> Numbers:
+def measure_loudness(sound: Sound, first_picture_time: float, loudness_rate: float) -> Float64Array:
     """Measure the loudness of a sound, starting at the time of the first picture.
 
     Args:
         sound: Sound of a recording.
-        first_picture_time: Time of the first picture in seconds, on the clock of the container.
+        first_picture_time: Time stamp of the first picture in the container, seconds.
         loudness_rate: Sampling rate of the result, Hz.
 
     Returns:
@@ -65,7 +65,7 @@ def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Moti
     return np.stack(changes)
 
 
-def make_motion_signal(motion: Motion) -> Numbers:
+def make_motion_signal(motion: Motion) -> Float64Array:
     """Return `[T, 1]`: the logarithm of the mean change per frame, minus its running mean."""
     mean_changes = motion.mean(axis=(1, 2), dtype=np.float64)
     return subtract_running_mean(np.log(mean_changes + _CHANGE_FLOOR)[:, None], MOTION_WINDOW)

@@ -28,8 +28,8 @@ from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 
 _MIN_FEATURES = 100
-# Minimum number and minimum share of inliers for the mapper, first strict, then lenient. A
-# camera that passes only with a wrong pose is removed later, because its points lack support.
+# Minimum number and share of inliers for the mapper; the strict pair is tried first. A camera that
+# passes only with a wrong pose is removed later, because its points lack support.
 _INLIER_LIMITS = ((30, 0.25), (15, 0.15))
 
 
@@ -38,13 +38,13 @@ class CameraFit:
     """Quality of the pose of a camera.
 
     Attributes:
-        points: Number of points that the camera sees.
+        point_count: Number of points that the camera sees.
         support: Number of these points that at least two other cameras see as well.
         mean_error: Mean reprojection error, pixels.
         median_error: Median reprojection error, pixels.
     """
 
-    points: int
+    point_count: int
     support: int
     mean_error: float
     median_error: float
@@ -82,7 +82,7 @@ class Solution:
     @property
     def mean_error(self) -> float:
         """Mean reprojection error of all points in all cameras, pixels."""
-        weights = [fit.points for fit in self.fits.values()]
+        weights = [fit.point_count for fit in self.fits.values()]
         errors = [fit.mean_error for fit in self.fits.values()]
         return float(np.average(errors, weights=weights))
 
@@ -97,7 +97,7 @@ def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
     Raises:
         CalibrationError: Fewer than three cameras get a pose; the message says why.
     """
-    best_model: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
+    best_result: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
     with silence_colmap():
         for inlier_limits in _INLIER_LIMITS:
             model = _run_mapper(graph, lenses, *inlier_limits)
@@ -105,11 +105,11 @@ def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
                 continue
             model = refine_reconstruction(model, lenses)
             removed_counts = remove_unsupported_images(model)
-            if best_model is None or model.num_reg_images() > best_model[0].num_reg_images():
-                best_model = model, removed_counts
-            if best_model[0].num_reg_images() == len(graph.names):
+            if best_result is None or model.num_reg_images() > best_result[0].num_reg_images():
+                best_result = model, removed_counts
+            if best_result[0].num_reg_images() == len(graph.names):
                 break
-    if best_model is None or best_model[0].num_reg_images() < MIN_CAMERAS:
+    if best_result is None or best_result[0].num_reg_images() < MIN_CAMERAS:
         reasons = [
             f"{name}: {_explain_failure(graph, i, None)}" for i, name in enumerate(graph.names)
         ]
@@ -118,7 +118,7 @@ def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
             f"near each other, and that they show the same textured scene. {'; '.join(reasons)}"
         )
         raise CalibrationError(message)
-    return _make_solution(graph, *best_model)
+    return _make_solution(graph, *best_result)
 
 
 def _run_mapper(

@@ -20,7 +20,7 @@ UP = (0.0, -1.0, 0.0)
 _MIN_DIRECTION_SPREAD = 0.02  # mean squared sine below which all cameras look in one direction
 _MIN_PLANE_CAMERAS = 4
 _MAX_THICKNESS_RATIO = 0.3  # of a planar rig: thickness relative to width
-_PARALLEL_THRESHOLD = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
+_PARALLEL_THRESHOLD = 1e-3  # smallest eigenvalue per camera below which axes are parallel
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,10 +106,10 @@ def _find_up_of_level_cameras(
 ) -> tuple[Float64Array, str]:
     """Return the up direction of level cameras, and a phrase that says how it was found."""
     right_axes = np.array([camera.pose.rotation[0] for camera in cameras])
-    values, vectors = np.linalg.eigh(right_axes.T @ right_axes / len(cameras))
-    if values[1] < _MIN_DIRECTION_SPREAD:  # the roll about the common direction is ambiguous
+    eigenvalues, eigenvectors = np.linalg.eigh(right_axes.T @ right_axes / len(cameras))
+    if eigenvalues[1] < _MIN_DIRECTION_SPREAD:  # the roll about the common direction is ambiguous
         return mean_up / np.linalg.norm(mean_up), "the mean up direction of the cameras"
-    axis = vectors[:, 0]
+    axis = eigenvectors[:, 0]
     up = np.asarray(axis if axis @ mean_up >= 0 else -axis)
     return up, "the cameras, which are assumed to be level"
 

@@ -11,7 +11,7 @@ import typer
 
 from quarc_ref import __version__
 from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS, format_explanations
-from quarc_ref.cli.command import Verb
+from quarc_ref.cli.command import Subcommand
 from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
 from quarc_ref.cli.output import MessageHandler
 from quarc_ref.cli.verbs import (
@@ -41,25 +41,25 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-app.command("calibrate", cls=Verb)(calibrate.calibrate)
-app.command("doctor", cls=Verb)(doctor.doctor)
-app.command("encode", cls=Verb)(encode.encode)
-app.command("import", cls=Verb)(scenes.import_frames)
-app.command("decode", cls=Verb)(decode.decode_frames)
-app.command("verify", cls=Verb)(stream.verify)
-app.command("info", cls=Verb, epilog=format_explanations(INFO_ROWS))(stream.info)
-app.command("inspect", cls=Verb)(inspect.inspect)
-app.command("cut", cls=Verb)(edit.cut)
-app.command("join", cls=Verb)(edit.join)
-app.command("edit", cls=Verb)(edit_scene.edit)
-app.command("view", cls=Verb)(view.view)
-app.command("publish", cls=Verb)(publish.publish)
-app.command("render", cls=Verb)(render.render)
-app.command("bench", cls=Verb)(bench.bench)
-app.command("eval", cls=Verb, epilog=format_explanations(EVAL_COLUMNS))(evaluate.evaluate)
-app.command("compare", cls=Verb, epilog=format_explanations(COMPARE_COLUMNS))(compare.compare)
-app.command("synth", cls=Verb)(capture.synth)
-app.command("demo", cls=Verb)(capture.demo)
+app.command("calibrate", cls=Subcommand)(calibrate.calibrate)
+app.command("doctor", cls=Subcommand)(doctor.doctor)
+app.command("encode", cls=Subcommand)(encode.encode)
+app.command("import", cls=Subcommand)(scenes.import_frames)
+app.command("decode", cls=Subcommand)(decode.decode_frames)
+app.command("verify", cls=Subcommand)(stream.verify)
+app.command("info", cls=Subcommand, epilog=format_explanations(INFO_ROWS))(stream.info)
+app.command("inspect", cls=Subcommand)(inspect.inspect)
+app.command("cut", cls=Subcommand)(edit.cut)
+app.command("join", cls=Subcommand)(edit.join)
+app.command("edit", cls=Subcommand)(edit_scene.edit)
+app.command("view", cls=Subcommand)(view.view)
+app.command("publish", cls=Subcommand)(publish.publish)
+app.command("render", cls=Subcommand)(render.render)
+app.command("bench", cls=Subcommand)(bench.bench)
+app.command("eval", cls=Subcommand, epilog=format_explanations(EVAL_COLUMNS))(evaluate.evaluate)
+app.command("compare", cls=Subcommand, epilog=format_explanations(COMPARE_COLUMNS))(compare.compare)
+app.command("synth", cls=Subcommand)(capture.synth)
+app.command("demo", cls=Subcommand)(capture.demo)
 
 
 def _print_version(is_requested: bool) -> None:

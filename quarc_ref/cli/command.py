@@ -13,7 +13,7 @@ RENAMED_OPTIONS = {
 _VALIDATOR_PREFIX = "Value error, "
 
 
-class Verb(TyperCommand):
+class Subcommand(TyperCommand):
     """A subcommand that rejects old names of options and reports the new names."""
 
     def parse_args(  # type: ignore[override]  # typer does not export the class of its contexts

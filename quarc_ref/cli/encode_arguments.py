@@ -187,7 +187,7 @@ def reject_conflicts(option_name: str, is_given_by_option: dict[str, bool]) -> N
             raise UsageError(message)
 
 
-def require_segments(is_given_by_option: dict[str, bool]) -> None:
+def reject_segment_options(is_given_by_option: dict[str, bool]) -> None:
     """Raise UsageError if an option is given that needs `--segments`."""
     for option, is_given in is_given_by_option.items():
         if is_given:

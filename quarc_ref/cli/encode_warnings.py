@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 class FindingCollector:
-    """The findings that an encode has reported so far."""
+    """Prints the findings that an encode reports, and stores them."""
 
     def __init__(self) -> None:
         self._findings: list[Finding] = []

@@ -56,7 +56,7 @@ class UsageError(Exception):
 
 
 class Termination(KeyboardInterrupt):
-    """Raised on SIGTERM: work ends as after Ctrl-C, but with a different exit code."""
+    """Raised on SIGTERM: the command stops as after Ctrl-C, but with a different exit code."""
 
 
 @contextmanager

@@ -162,7 +162,7 @@ class TerminalProgress:
             disable=quiet or not console.is_terminal,
         )
         self._prints_lines = not quiet and not console.is_terminal
-        self._should_warn = not quiet
+        self._should_warn_about_engine = not quiet
         self._tasks: dict[str, TaskID] = {}
         self._printed_stages: set[str] = set()
         self._next_line = time.monotonic() + _SECONDS_BETWEEN_LINES
@@ -187,8 +187,8 @@ class TerminalProgress:
         self._bars.update(self._tasks[stage], completed=done, total=total or None, status=status)
         if self._prints_lines and stage in self._LINE_STAGES:
             self._print_line(stage, done, total)
-        if self._should_warn:
-            self._should_warn = not warn_about_reference_engine()
+        if self._should_warn_about_engine:
+            self._should_warn_about_engine = not warn_about_reference_engine()
 
     def show_status(self, status: "Callable[[], str]") -> None:
         """Show a status text next to the stages `canonical` and `frames`.

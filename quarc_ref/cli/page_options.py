@@ -25,9 +25,9 @@ CameraName = Annotated[
 ]
 
 
-def make_page_title(stream: str) -> str:
+def make_page_title(stream_name: str) -> str:
     """Return the default page title for a stream."""
-    return format_stream_name(stream).removesuffix(".quarc")
+    return format_stream_name(stream_name).removesuffix(".quarc")
 
 
 def choose_initial_camera(

@@ -86,7 +86,7 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
 
 @contextmanager
 def _report_kept_files(path: Path) -> Iterator[None]:
-    """Add the names of the kept files to the message of an interruption."""
+    """If the block is interrupted, add the names of the kept files to the error message."""
     try:
         yield
     except KeyboardInterrupt as error:

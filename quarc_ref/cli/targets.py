@@ -183,7 +183,7 @@ def _reject_missing_parent(target: Path) -> None:
 
 @contextmanager
 def _report_kept_files(folder: OutputFolder) -> Iterator[None]:
-    """Add the folder of the finished frames to the message of an interruption."""
+    """If the block is interrupted, add the folder of the finished frames to the error message."""
     try:
         yield
     except KeyboardInterrupt as error:

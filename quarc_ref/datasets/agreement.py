@@ -90,7 +90,7 @@ def _require_constant_frame_rate(video: VideoReader) -> None:
         return
     mean_duration = (times[-1] - times[0]) / (len(times) - 1)
     deviations = np.abs(times - np.linspace(times[0], times[-1], len(times)))
-    if deviations.max() > _TIME_TOLERANCE * mean_duration + video.tick:
+    if deviations.max() > _TIME_TOLERANCE * mean_duration + video.time_base_seconds:
         shortest, *_, longest = sorted(np.diff(times) * 1000)
         message = (
             f"{video.path} has a variable frame rate: its frames last from {shortest:.1f} to "

@@ -183,7 +183,7 @@ def measure_depths(camera: CalibratedCamera, positions: NDArray[np.floating]) ->
 
 
 def choose_near(depths: Float64Array) -> float:
-    """Return the near plane of a camera, which is the first percentile of its point depths."""
+    """Return the depth of the near plane: the first percentile of the depths of visible points."""
     return float(np.quantile(depths, _NEAR_QUANTILE))
 
 

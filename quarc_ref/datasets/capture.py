@@ -20,7 +20,7 @@ from quarc_ref.format.cameras import Camera
 
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
-_CACHE_BYTES = 1 << 28
+_MAX_CACHE_BYTES = 1 << 28
 _NO_NOTES = CaptureNotes()
 
 
@@ -78,7 +78,7 @@ class Capture:
         points: Initial points of the scene at frame 0.
         source: Source of the pictures.
         fingerprint: Hex digest that identifies the capture's files.
-        cache_bytes: Maximum size of the picture cache, bytes.
+        max_cache_bytes: Maximum size of the picture cache, bytes.
         full_capture: The whole capture, if this capture is only a part of it; otherwise None.
         findings: Problems that the loader found, and assumptions that it made.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
@@ -95,7 +95,7 @@ class Capture:
         points: Points,
         source: PictureSource,
         fingerprint: str,
-        cache_bytes: int = _CACHE_BYTES,
+        max_cache_bytes: int = _MAX_CACHE_BYTES,
         full_capture: "Capture | None" = None,
         findings: Sequence[Finding] = (),
         start: int = 0,
@@ -115,7 +115,7 @@ class Capture:
         self.masks = masks
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
-        self._cache_bytes = cache_bytes
+        self._max_cache_bytes = max_cache_bytes
 
     @property
     def training(self) -> tuple[int, ...]:
@@ -162,7 +162,7 @@ class Capture:
             picture.setflags(write=False)
             self._cache[key] = picture
         self._cache.move_to_end(key)
-        while len(self._cache) > 1 and self._cached_bytes() > self._cache_bytes:
+        while len(self._cache) > 1 and self._count_cached_bytes() > self._max_cache_bytes:
             self._cache.popitem(last=False)
         return self._cache[key]
 
@@ -174,5 +174,5 @@ class Capture:
         """
         return None if self.masks is None else self.masks.read(camera, frame)
 
-    def _cached_bytes(self) -> int:
+    def _count_cached_bytes(self) -> int:
         return sum(picture.nbytes for picture in self._cache.values())

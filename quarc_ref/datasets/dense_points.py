@@ -52,7 +52,7 @@ def add_dense_points(
         join_points([_make_confirmed_points(depth_view, depth_views) for depth_view in depth_views])
     )
     agreement = _measure_agreement(sparse_points.positions, depth_views)
-    is_kept = agreement.contradicting_count <= agreement.agreeing_count
+    is_kept = agreement.contradicting_counts <= agreement.agreeing_counts
     return join_points(
         [dense_points, Points(sparse_points.positions[is_kept], sparse_points.colors[is_kept])]
     )
@@ -71,14 +71,14 @@ class _DepthAgreement:
     """How well the cameras' depth maps agree with each of P points.
 
     Attributes:
-        agreeing_count: `[P]` number of cameras that see a surface at the point.
-        contradicting_count: `[P]` number of cameras that see a surface behind the point.
+        agreeing_counts: `[P]` number of cameras that see a surface at the point.
+        contradicting_counts: `[P]` number of cameras that see a surface behind the point.
         depth_ratios: `[P]` mean depth in the depth maps of the agreeing cameras, divided by the
             point's depth.
     """
 
-    agreeing_count: NDArray[np.int64]
-    contradicting_count: NDArray[np.int64]
+    agreeing_counts: NDArray[np.int64]
+    contradicting_counts: NDArray[np.int64]
     depth_ratios: Float64Array
 
 
@@ -89,8 +89,8 @@ def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthV
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
     rays *= depths[rows, columns, None]
     agreement = _measure_agreement(view.to_world(rays), depth_views)
-    is_confirmed = (agreement.agreeing_count >= _MIN_AGREEING_CAMERAS) & (
-        agreement.contradicting_count < agreement.agreeing_count
+    is_confirmed = (agreement.agreeing_counts >= _MIN_AGREEING_CAMERAS) & (
+        agreement.contradicting_counts < agreement.agreeing_counts
     )
     positions = view.to_world(rays[is_confirmed] * agreement.depth_ratios[is_confirmed, None])
     return Points(
@@ -102,20 +102,20 @@ def _measure_agreement(
     positions: NDArray[np.floating], depth_views: Sequence[_DepthView]
 ) -> _DepthAgreement:
     """For each point, count the cameras that see a surface there, and those that see one behind."""
-    agreeing_count, contradicting_count = np.zeros((2, len(positions)), np.int64)
+    agreeing_counts, contradicting_counts = np.zeros((2, len(positions)), np.int64)
     ratio_sum = np.zeros(len(positions))
     for depth_view in depth_views:
-        ratios = _compare_depths(positions, depth_view)
+        ratios = _compute_depth_ratios(positions, depth_view)
         agrees = np.abs(ratios - 1) < _AGREEMENT_TOLERANCE
-        agreeing_count += agrees
+        agreeing_counts += agrees
         ratio_sum += np.where(agrees, ratios, 0)
-        contradicting_count += ratios > 1 + _CONTRADICTION_MARGIN
+        contradicting_counts += ratios > 1 + _CONTRADICTION_MARGIN
     return _DepthAgreement(
-        agreeing_count, contradicting_count, ratio_sum / np.maximum(agreeing_count, 1)
+        agreeing_counts, contradicting_counts, ratio_sum / np.maximum(agreeing_counts, 1)
     )
 
 
-def _compare_depths(positions: NDArray[np.floating], depth_view: _DepthView) -> Float64Array:
+def _compute_depth_ratios(positions: NDArray[np.floating], depth_view: _DepthView) -> Float64Array:
     """Return the ratio of the depth map's value to each point's depth; 0 outside the map."""
     view, depths = depth_view.view, depth_view.depths
     camera_positions = view.rotation @ positions.T + view.translation[:, None]

@@ -27,10 +27,9 @@ class CaptureFiles:
 
     Attributes:
         description_files: Files of poses and points, which are hashed completely.
-        pictures: Masks, and videos or picture files of all frames, whose names and sizes are
-            hashed.
-        sampled_files: Masks, and videos or picture files of frame 0, whose first and last MiB
-            are also hashed.
+        pictures: Video, picture and mask files of all frames; their names and sizes are hashed.
+        sampled_files: Video, picture and mask files of frame 0; their first and last MiB are
+            hashed as well.
     """
 
     description_files: tuple[Path, ...]

@@ -23,7 +23,7 @@ from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictu
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
 
-MASKS_NAME = "masks"
+_MASK_FOLDER_NAME = "masks"
 _LOSSLESS_SUFFIX = ".png"
 _WHITE_THRESHOLD = 127  # of 255; lossy compression changes black and white slightly
 
@@ -119,7 +119,7 @@ def find_masks(
     Raises:
         MaskNameError: The folder has masks, but none is named after a camera.
     """
-    mask_folder = folder / MASKS_NAME
+    mask_folder = folder / _MASK_FOLDER_NAME
     files_by_arrangement: list[Files] = [
         list_picture_folders(mask_folder),
         list_videos(mask_folder),

@@ -17,7 +17,7 @@ from quarc_ref.datasets.calibration import MAX_PIXELS, require_picture_size
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_header
 
-_DEMUXERS = "mov,matroska"  # for mp4, mov, m4v; mkv, webm
+_DEMUXERS = "mov,matroska"  # "mov" reads mp4, mov and m4v; "matroska" reads mkv and webm
 _DECODER_THREADS = 4  # Every camera has its own decoder, so four threads per decoder are enough.
 _MAX_STILL_BYTES = 1 << 29
 # Decoders compare the limit with the padded size, so the limit exceeds the maximum picture size.

@@ -1,4 +1,4 @@
-"""Reads the sound of a video, and its start time on the same clock as the pictures."""
+"""Reads the sound of a video, and its start time on the same timeline as the pictures."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +17,7 @@ class Sound:
 
     Attributes:
         samples: `[S]` samples from -1 to 1.
-        start: Time of the first sample in seconds, on the clock of the container.
+        start: Time stamp of the first sample in the container, seconds.
         samples_per_second: Sample rate of `samples`, hertz.
     """
 

@@ -15,7 +15,7 @@ from quarc_ref.datasets.errors import UnsupportedCameraError
 
 _STOP_CRITERIA = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 100, 1e-9)
 _MAX_HALF_FIELD_TANGENT = 6.0  # Tangent of a pinhole's largest half field of view, 80.5 degrees.
-_MASK_THRESHOLD = 128  # Of 255: the mask covers half of the pixel.
+_MASK_THRESHOLD = 128  # Of 255; pixels are used if the mask covers at least half of them.
 _MAX_OVERSHOOT = 1.0  # Pixels; maximum error of the inverse distortion at the border.
 
 

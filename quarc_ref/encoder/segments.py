@@ -149,7 +149,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         points=capture.points,
         source=_OffsetPictures(capture, first),
         fingerprint=capture.fingerprint,
-        cache_bytes=0,  # the underlying capture has a cache
+        max_cache_bytes=0,  # the underlying capture has a cache
         full_capture=capture.full_capture,
         start=capture.start,
         notes=capture.notes,

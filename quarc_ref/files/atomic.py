@@ -30,7 +30,7 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     Raises:
         OSError: The file cannot be written.
     """
-    temporary_path, file = _create_temporary(target)
+    temporary_path, file = _create_temporary_file(target)
     try:
         with file:
             yield file
@@ -75,7 +75,7 @@ def sync_folder(folder: Path) -> None:
             os.close(descriptor)
 
 
-def _create_temporary(target: Path) -> tuple[Path, BinaryIO]:
+def _create_temporary_file(target: Path) -> tuple[Path, BinaryIO]:
     while True:
         temporary_path = make_temporary_path(target, PART_SUFFIX)
         with suppress(FileExistsError):

@@ -39,7 +39,7 @@ def remove_output_folder(folder: Path, depth: int = _MAX_DEPTH) -> None:
     """
     remove_listed_files(folder, depth)
     (folder / MARKER_NAME).unlink(missing_ok=True)
-    with suppress(OSError):  # it contains other files
+    with suppress(OSError):  # the folder contains other files
         folder.rmdir()
 
 

@@ -89,7 +89,7 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
             return mark_folder(target)
         return open_existing_folder(target) if keep else open_and_empty_folder(target)
     except BaseException:
-        with suppress(OSError):  # it is not empty
+        with suppress(OSError):  # the folder is not empty
             target.rmdir()
         raise
 
@@ -127,7 +127,7 @@ def _make_temporary_folder(target: Path) -> OutputFolder:
 
 
 def _move_to_target(folder: OutputFolder, target: Path, *, replace: bool) -> None:
-    with suppress(OSError):  # it does not exist, or it is not empty
+    with suppress(OSError):  # the target does not exist, or is not empty
         target.rmdir()
     if not os.path.lexists(target):
         folder.path.rename(target)

@@ -19,6 +19,6 @@ def traced_rig(tmp_path_factory):
 @pytest.fixture(scope="session")
 def rig(traced_rig):
     options = CalibrateOptions(
-        sync=SyncMethod.NONE, moments=1, distance=Distance("cam01", "cam12", 2.0)
+        sync=SyncMethod.NONE, moment_count=1, distance=Distance("cam01", "cam12", 2.0)
     )
     return calibrate(find_recordings(traced_rig.folder), options)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from quarc_ref.calibration.alignment import align, correlate_signals, subtract_running_mean
+from quarc_ref.calibration.alignment import align_signals, correlate_signals, subtract_running_mean
 
 RANDOM = np.random.default_rng(5)
 EVENT = subtract_running_mean(np.cumsum(RANDOM.standard_normal((400, 1)), axis=0), 9)
@@ -17,7 +17,7 @@ def make_shifted(offsets, length=200, noise=0.3):
 
 
 def find_shifts(signals, max_shift=40):
-    return align(
+    return align_signals(
         len(signals),
         lambda a, b: correlate_signals(signals[a], signals[b], max_shift),
         peak_width=2,
@@ -52,7 +52,7 @@ def test_constant_signals_are_not_clear():
 def test_pairs_with_nothing_in_common_are_ignored():
     signals = make_shifted([0, 5, -8])
 
-    shifts = align(
+    shifts = align_signals(
         3,
         lambda a, b: None if (a, b) == (0, 2) else correlate_signals(signals[a], signals[b], 20),
         2,

@@ -90,7 +90,7 @@ def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced_rig, tmp_
         write_video_file(file, [gray], VideoFormat(320, 240, Fraction(30)))
 
     calibration = calibrate(
-        find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE, moments=1)
+        find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE, moment_count=1)
     )
 
     assert len(calibration.world.cameras) == USED_CAMERAS

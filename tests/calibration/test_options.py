@@ -40,7 +40,7 @@ def shared_lens_rig(picture_folder):
 
 def _calibrate(folder, lenses=None, **options_by_name):
     options = CalibrateOptions(
-        lenses or LensOptions(), sync=SyncMethod.NONE, moments=1, **options_by_name
+        lenses or LensOptions(), sync=SyncMethod.NONE, moment_count=1, **options_by_name
     )
     return calibrate(find_recordings(folder), options)
 

@@ -138,13 +138,13 @@ def calibrate(
 
         restore_sigterm_handler()
         start_time = time.monotonic()
-        distance = _require_distance(meters)
+        distance = _parse_distance(meters)
         with (
             TerminalProgress(quiet=quiet) as progress,
             written_folder(output, force=force) as folder,
         ):
             found_recordings = find_recordings(recordings)
-            _require_cameras(found_recordings, up, distance)
+            _reject_unknown_cameras(found_recordings, up, distance)
             names, sizes = found_recordings.names, found_recordings.pictures.sizes
             known_lenses = read_lenses(intrinsics, names, sizes) if intrinsics else None
             try:
@@ -166,7 +166,7 @@ def calibrate(
         _print_result(output, calibration, output / PAGE_NAME, seconds, as_json=as_json)
 
 
-def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None":
+def _parse_distance(meters: tuple[str, str, float] | None) -> "Distance | None":
     from quarc_ref.calibration.world import Distance
 
     if meters is None:
@@ -180,7 +180,7 @@ def _require_distance(meters: tuple[str, str, float] | None) -> "Distance | None
     return Distance(*meters)
 
 
-def _require_cameras(recordings: "Recordings", up: str, distance: "Distance | None") -> None:
+def _reject_unknown_cameras(recordings: "Recordings", up: str, distance: "Distance | None") -> None:
     """Raise UsageError before calibration starts if an option names an unknown camera."""
     from quarc_ref.calibration.world import UP_FROM_CAMERA_PLANE, UP_FROM_LEVEL_CAMERAS
 
@@ -250,7 +250,7 @@ def _as_json(calibration: "Calibration") -> dict[str, object]:
             name: {
                 "mean_error": fit.mean_error,
                 "median_error": fit.median_error,
-                "points": fit.points,
+                "points": fit.point_count,
                 "supported_points": fit.support,
                 "offset": calibration.offsets.frames[name],
                 "confidence": confidence.get(name),
@@ -260,7 +260,7 @@ def _as_json(calibration: "Calibration") -> dict[str, object]:
         "left_out": calibration.solution.left_out,
         "mean_error": calibration.solution.mean_error,
         "points": len(calibration.points.positions),
-        "moments": calibration.moments,
+        "moments": calibration.moment_count,
         "sync": str(calibration.offsets.method),
         "up": list(calibration.world.up),
         "meters_per_unit": calibration.world.meters_per_unit,

@@ -140,7 +140,9 @@ def _parse_edit(
     ):
         message = "--crop takes the corner with the smaller coordinates first"
         raise UsageError(message)
-    requested_edit = Edit(boxes, spheres, similarity, _parse_colors(recolor) if recolor else None)
+    requested_edit = Edit(
+        boxes, spheres, similarity, _parse_recoloring(recolor) if recolor else None
+    )
     if requested_edit == Edit():
         message = "no edit is given: use --crop, --drop, --transform or --recolor"
         raise UsageError(message)
@@ -158,7 +160,7 @@ def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float
     return numbers
 
 
-def _parse_colors(changes: list[str]) -> "Recoloring":
+def _parse_recoloring(changes: list[str]) -> "Recoloring":
     from quarc_ref.encoder.scenes.recolor import Recoloring
 
     values = {"gain": 1.0, **dict.fromkeys(_CHANNELS, 0.0)}

@@ -28,7 +28,7 @@ from quarc_ref.cli.encode_arguments import (
     TensorBoardFolder,
     Workers,
     reject_conflicts,
-    require_segments,
+    reject_segment_options,
 )
 from quarc_ref.cli.encode_job import (
     EncodeJob,
@@ -96,7 +96,7 @@ def encode(
             conflicting_options = {"--json": as_json, "--live": live, "--resume": resume}
             reject_conflicts("-o -", conflicting_options | {"--segments": segments is not None})
         if segments is None:
-            require_segments({"--workers": workers is not None, "--ray": ray is not None})
+            reject_segment_options({"--workers": workers is not None, "--ray": ray is not None})
         else:
             log_paths = {"--log-json": log_json, "--tensorboard": tensorboard}
             is_log_given = {option: path is not None for option, path in log_paths.items()}
@@ -109,7 +109,7 @@ def encode(
             "rd_lambda": rd_lambda,
             "target_kb_per_frame": target,
         }
-        config = _change_settings(preset, settings, setting_values, seed, format_version)
+        config = _make_config_from_options(preset, settings, setting_values, seed, format_version)
         start_time, findings = time.monotonic(), FindingCollector()
         logs = LogOptions(log_json, tensorboard, keep=resume, force=force)
         with TerminalProgress(quiet=quiet) as progress, open_monitors(logs, progress) as monitor:
@@ -139,7 +139,7 @@ def _encode_whole(job: EncodeJob, output: Path, write_mode: WriteMode) -> None:
         encode_to_file(job, output, write_mode)
 
 
-def _change_settings(
+def _make_config_from_options(
     preset: str,
     settings: list[str] | None,
     setting_values: dict[str, float | None],

@@ -162,7 +162,7 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
 
 
 def _find_picture_scale(calibrated_size: tuple[float, float], video_size: tuple[int, int]) -> float:
-    """Return the size of the video divided by the picture size in the poses file."""
+    """Return the width of the video divided by the picture width in the poses file."""
     (calibrated_width, calibrated_height), (width, height) = calibrated_size, video_size
     smaller_width, larger_width = sorted((calibrated_width, float(width)))
     if (
