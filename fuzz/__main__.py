@@ -49,7 +49,7 @@ def _prepare_corpus(name: str) -> Path:
 def _mutate_stream(data: bytes, max_size: int, seed: int) -> bytes:
     """Mutate a payload and correct the CRCs.
 
-    For one seed in four, or if the data is no stream of chunks, mutate any bytes instead.
+    For one seed in four, or if the data is not a stream of chunks, mutate arbitrary bytes instead.
     """
     try:
         chunks = split_stream(data) if seed % 4 else []

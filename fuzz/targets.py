@@ -196,7 +196,7 @@ def fuzz_colmap_model(data: bytes) -> None:
 
 
 def fuzz_checkpoint(data: bytes) -> None:
-    """Read the file of a checkpoint that holds arrays."""
+    """Read an array file of a checkpoint."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
     with (
         _write_temporary_file("a.training", data) as path,

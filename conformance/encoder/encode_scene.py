@@ -20,7 +20,7 @@ from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, StreamHeader
 
-# Maximum error from rounding a number of magnitude below 16 to binary32 once.
+# Maximum error of rounding a number whose magnitude is below 16 to binary32.
 _ROUNDING_ERROR = 2.0**-20
 
 
@@ -66,7 +66,7 @@ def _make_attributes(gaussians: list[dict[str, Any]]) -> Attributes:
 
 
 def _make_shift_symbols(state: State, shift: tuple[float, float, float]) -> list[Int64]:
-    """Return symbols that shift every Gaussian; only anchors of the coarsest level move."""
+    """Return symbols that shift all Gaussians by moving the anchors of the coarsest level."""
     header = state.scene.header
     step = header.translation_step * 2.0**-header.lattice_exponent
     levels = state.known_anchors.levels

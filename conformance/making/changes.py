@@ -14,7 +14,7 @@ def _return_no_symbols(_level: int, _anchor: int) -> None:
 
 
 def choose_no_code(_model: str, _context: int, _zeros: int, _ones: int) -> None:
-    """Return None: the plane states no probability code."""
+    """Return None: no probability code is written for the context."""
     return
 
 
@@ -75,11 +75,11 @@ class Change:
         births: The births, in ascending order of their parents.
         deaths: Number of Gaussians that die.
         previous_contexts: 1 if contexts depend on the motion of the previous frame, otherwise 0.
-        choose_code: Function that chooses the probability code that a context states.
-        motion_words: Words that replace the encoded words of the motion section.
-        birth_words: Words that replace the encoded words of the births section.
-        updates: Updates in ascending order of their Gaussians' indices.
-        update_words: Words that replace the encoded words of the updates section.
+        choose_code: Function that chooses the probability code to write for a context, if any.
+        motion_words: Words that replace the encoded words of the motion section, if not None.
+        birth_words: Words that replace the encoded words of the births section, if not None.
+        updates: The updates, in ascending order of their Gaussians' indices.
+        update_words: Words that replace the encoded words of the updates section, if not None.
     """
 
     symbols: Symbols = _return_no_symbols

@@ -232,7 +232,7 @@ def _make_fault_after_frames(
     frame_count: int,
     note: str,
 ) -> Vector:
-    """Return a vector that decoders reject after `frame_count` frames, without recovery."""
+    """Return a vector that decoders reject after `frame_count` frames; recovery is not tested."""
     outcome = Outcome(parent.frames[:frame_count], tuple(reject_ids.split()))
     return make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
 

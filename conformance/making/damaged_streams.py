@@ -92,7 +92,7 @@ def _make_all_flip_vectors(parent: ValidStream) -> list[Vector]:
 
 
 def make_flip_vectors(parent: ValidStream, chunk_index: int, name: str) -> list[Vector]:
-    """Return two streams: one with a flipped bit in the header of a chunk, one in its payload."""
+    """Return two streams with one flipped bit: in the header of a chunk, and in its payload."""
     vectors, kind = [], parent.stream.chunks[chunk_index].kind.decode()
     length = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
     header_byte, payload_byte = (
@@ -146,7 +146,7 @@ def _make_flip_vector(
 
 
 def _clear_lost_frames(gap: Gap) -> Gap:
-    """Return the gap with `frames_lost` None, as required before the first decoded frame."""
+    """Return the gap with `frames_lost` set to None, as required before the first decoded frame."""
     return Gap(gap.offset, gap.byte_count, gap.reject_ids, None)
 
 

@@ -26,7 +26,7 @@ from plain.state import PlainState, Vector
 
 
 class _FrameEncoder(FrameDecoder):
-    """Computes the state of a frame from its fields; each section that it reads is encoded."""
+    """Computes the state of a frame from its fields, and encodes each section while reading it."""
 
     def __init__(self, head: Head, fields: dict[str, Any]) -> None:
         super().__init__({name: getattr(head, name) for name in head.__slots__}, fields)
@@ -68,7 +68,7 @@ def make_canonical(
         head: HEAD of the stream.
         frame: Ordinal of the frame.
         gaussians: Gaussians in any order; they are written in Morton order.
-        choose_code: Function that chooses the probability code that a context states.
+        choose_code: Function that chooses the probability code to write for a context, if any.
         overrides: Field values that replace the computed ones; if they violate a clause, the
             returned state is None.
     """
@@ -151,7 +151,7 @@ def make_snapshot(
         previous: State of the previous frame.
         survivors: Survivors in ascending order of their indices.
         newborn: New Gaussians in any order; they are written in Morton order.
-        choose_code: Function that chooses the probability code that a context states.
+        choose_code: Function that chooses the probability code to write for a context, if any.
         overrides: Field values that replace the computed ones; `survivors` replaces the words of
             the survivors section.
     """

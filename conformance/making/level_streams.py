@@ -106,7 +106,7 @@ def _append_death_and_birth(stream: Stream) -> Stream:
 def _append_update_and_birth(stream: Stream) -> Stream:
     """Append a frame in which an update deletes one of many equal Gaussians and another is born.
 
-    Only the updates section is encoded by the slow coder; the state is computed directly.
+    Only the updates section is encoded by the slow coder in `plain`; the state is set directly.
     """
     previous = stream.states[0]
     assert previous is not None
@@ -126,7 +126,10 @@ def _append_update_and_birth(stream: Stream) -> Stream:
 
 
 def make_large_payload_vectors(levels: list[ValidStream]) -> list[Vector]:
-    """Return streams with payloads at the limit of a level or 1 byte longer, made on demand."""
+    """Return streams with payloads at the limit of a level or 1 byte longer.
+
+    The streams are not stored as files, but generated on demand.
+    """
     vectors = []
     for level, (_, _, size) in LEVEL_LIMITS.items():
         parent = next(
@@ -153,7 +156,7 @@ def make_large_payload_vectors(levels: list[ValidStream]) -> list[Vector]:
 
 
 def _make_zero_splices(parent: ValidStream, data: bytes, zero_count: int) -> tuple[Splice, ...]:
-    """Return the splices that turn the parent into this stream.
+    """Return the splices that turn the parent into the stream `data`.
 
     The zeros of the payload are stored as one repeated byte.
     """

@@ -36,7 +36,7 @@ def make_loss_vectors(parent: ValidStream) -> list[Vector]:
 def make_loss_vector(
     parent: ValidStream, name: str, lost_indices: list[int], frames_before: int, description: str
 ) -> Vector:
-    """Return a stream without some consecutive chunks, and its expected output.
+    """Return a stream with some consecutive chunks removed, and its expected output.
 
     Args:
         parent: The complete stream.
@@ -84,7 +84,7 @@ def make_loss_vector(
 
 
 def _make_vector_without_both_ends(parent: ValidStream) -> Vector:
-    """Return a stream without its first CANO and last FRAM; the lost frame count is unknown."""
+    """Return a stream without its first CANO and last FRAM; the lost frames cannot be counted."""
     layout = _assemble_without(parent, [2, 12])
     offsets = layout.offsets  # of the parent's chunks 0, 1, 3 to 11, 13 and 14
     first_gap = Gap(offsets[2], offsets[4] - offsets[2], ("sequence",), None)
@@ -101,7 +101,7 @@ def _make_vector_without_both_ends(parent: ValidStream) -> Vector:
 
 
 def _make_vector_with_two_rejections(parent: ValidStream) -> Vector:
-    """Return a stream with two invalid CANO chunks; recovery fails at the second too."""
+    """Return a stream with two invalid CANO chunks; recovery also fails at the second."""
     chunks = list(parent.stream.chunks)
     for frame in (3, 6):
         payload = parent.stream.payloads[frame]

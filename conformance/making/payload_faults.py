@@ -120,7 +120,7 @@ def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
 def _list_size_faults(
     parent: ValidStream, chunk_index: int, name: str, empty_size: int, extra_bytes: int
 ) -> Iterable[Row]:
-    """Yield streams with a payload without its last byte, of a few bytes, or that is too long."""
+    """Yield streams in which a payload lacks its last byte, has only a few bytes or is too long."""
     payload = parent.stream.chunks[chunk_index].payload or b""
     kind = parent.stream.chunks[chunk_index].kind.decode()
     sizes = {

@@ -24,8 +24,8 @@ def make_resource_vectors(
 
     Args:
         journey: `streams/journey`.
-        full: A stream that begins with the maximum number of Gaussians of level 1.0, at one
-            position.
+        full: A stream whose first frame has the maximum number of Gaussians of level 1.0, all at
+            one position.
         unlimited: A stream of level 31.
     """
     return [

@@ -68,7 +68,7 @@ def make_moving_symbols(
 
 
 def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> Symbols:
-    """Return symbols for the given (level, anchor, symbols); no other anchor moves."""
+    """Return the symbols of `entries` (level, anchor, symbols); no other anchor moves."""
     symbols_by_anchor = {(level, anchor): symbols for level, anchor, symbols in entries}
     return lambda level, anchor: symbols_by_anchor.get((level, anchor))
 
@@ -86,7 +86,7 @@ def fill_fields(
 
     Args:
         fields: Range of the indices of each field, by name.
-        values_by_field: Numbers of each given field, by its name with `_` in place of `-`.
+        values_by_field: Numbers of each given field, by the field's name with `_` in place of `-`.
     """
     numbers = [0] * max(field.stop for field in fields.values())
     for name, values in values_by_field.items():

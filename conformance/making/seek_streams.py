@@ -77,7 +77,7 @@ def _make_wrong_index_vector(
     decode_reject_id: str,
     note: str,
 ) -> Vector:
-    """Return a stream that seeking rejects at once, and decoding only after all frames."""
+    """Return a stream that seeking rejects at once, but decoding rejects only after all frames."""
     outcome = Outcome(parent.frames, (decode_reject_id,))
     vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
     return replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("index-mismatch",))),))

@@ -266,7 +266,7 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a damaged chunk; a lost CANO also loses all snapshots that refer to it."""
+    """Yield streams with a damaged chunk; if it is a CANO, its snapshots are lost too."""
     rows = (
         (2, 0, 8, None, "first-canonical", "the first CANO"),
         (4, 2, 3, 1, "before", "the frame before a snapshot"),

@@ -39,7 +39,7 @@ def make_snapshot_streams() -> list[ValidStream]:
 
 
 def make_snapshots_journey() -> ValidStream:
-    """Return the parent of snapshot faults; frames 0 and 8 are CANO, 3, 6 and 10 are SNAP."""
+    """Return the parent of snapshot faults; frames 3, 6 and 10 are snapshots, 0 and 8 canonical."""
     stream = Stream(make_snapshot_head(level_count=2)).add_chunk(
         b"came", pack_cameras(pack_camera())
     )
@@ -72,7 +72,7 @@ def _make_snapshot_stream(
 
 
 def _append_frames(stream: Stream, frames: int = 3) -> Stream:
-    """Append frames with motion, which reveal wrong ids and contexts; finish the stream."""
+    """Append frames whose motion reveals wrong ids and contexts, and finish the stream."""
     channels = 3 + stream.head.rotation_components
     for frame in range(frames):
         stream.add_frame(Change(make_moving_symbols(channels, frame)))

@@ -230,7 +230,7 @@ _MOTION_FAULTS: dict[str, tuple[list[int], str]] = {
 
 
 def make_motion_faults(parent: ValidStream) -> list[Vector]:
-    """Return streams whose last frame moves a Gaussian out of the lattice, or adds one there."""
+    """Return streams whose last frame moves a Gaussian, or creates one, outside the lattice."""
     previous = parent.stream.states[-1]
     assert previous is not None
     x_positions = [g.position[0] for g in previous.gaussians]

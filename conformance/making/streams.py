@@ -196,7 +196,7 @@ class Stream:
         return [*self.chunks[:index], *chunks, *self.chunks[index:]]
 
     def drop_chunks(self, *indices: int) -> list[Chunk]:
-        """Return the chunks except those at `indices`; the others keep their sequence numbers."""
+        """Return all chunks except those at `indices`, with unchanged sequence numbers."""
         return [replace(p, sequence=n) for n, p in enumerate(self.chunks) if n not in indices]
 
     def _append(

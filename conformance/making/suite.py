@@ -118,7 +118,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
 
 
 def _add_number_digests(valid_stream: ValidStream) -> Vector:
-    """Return the vector of a stream; for a small one, add digests of dequantized frames."""
+    """Return the vector of a stream, with digests of dequantized frames if the stream is small."""
     states = [state for state in valid_stream.stream.states if state is not None]
     if sum(len(state.gaussians) for state in states) > 500:
         return valid_stream.vector

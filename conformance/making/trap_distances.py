@@ -13,7 +13,7 @@ from making.vectors import ValidStream
 from plain import oracle
 
 Position = tuple[int, int, int]
-_STEP, _EDGE = 47, 178481  # their product is POSITION_LIMIT
+_POSITION_STEP, _EDGE_IN_STEPS = 47, 178481  # their product is POSITION_LIMIT
 
 
 def make_distance_traps() -> list[ValidStream]:
@@ -28,14 +28,21 @@ def make_distance_traps() -> list[ValidStream]:
 
 
 def _make_corners() -> list[CodedGaussian]:
-    return [CodedGaussian(position) for position in product((-_EDGE, _EDGE), repeat=3)]
+    return [
+        CodedGaussian(position) for position in product((-_EDGE_IN_STEPS, _EDGE_IN_STEPS), repeat=3)
+    ]
 
 
 def make_lattice_corners() -> Stream:
     """At the corners of the lattice, Gaussians are as far apart as possible."""
-    stream = Stream(Head(sh_degree=0, position_step=_STEP, gaussians_per_anchor=4))
+    stream = Stream(Head(sh_degree=0, position_step=_POSITION_STEP, gaussians_per_anchor=4))
     stream.add_canonical(
-        0, [*_make_corners(), CodedGaussian((0, 0, 0)), CodedGaussian((_EDGE, 0, -_EDGE))]
+        0,
+        [
+            *_make_corners(),
+            CodedGaussian((0, 0, 0)),
+            CodedGaussian((_EDGE_IN_STEPS, 0, -_EDGE_IN_STEPS)),
+        ],
     )
     return stream.add_frame(
         Change(select_symbols((1, 0, [0, 0, 0, 1, 2, 3]), (2, 0, [0, 0, 0, 3, 2, 1])))
@@ -44,7 +51,9 @@ def make_lattice_corners() -> Stream:
 
 def make_birth_at_lattice_edge() -> Stream:
     """A Gaussian is born next to a Gaussian at the edge of the lattice."""
-    head = Head(sh_degree=0, position_step=_STEP, translation_step=_STEP, level_count=1)
+    head = Head(
+        sh_degree=0, position_step=_POSITION_STEP, translation_step=_POSITION_STEP, level_count=1
+    )
     return (
         Stream(head)
         .add_canonical(0, _make_corners())
@@ -58,11 +67,15 @@ def make_nearly_equal_distances() -> Stream:
         (-1, -y, -z) for y, z in ((9, 1), (7, 3), (8, 1), (5, 1), (4, 2), (6, 2), (9, 4))
     ]
     corner_positions = [
-        position for position in product((-_EDGE, -1), repeat=3) if position[1:] != (-1, -1)
+        position
+        for position in product((-_EDGE_IN_STEPS, -1), repeat=3)
+        if position[1:] != (-1, -1)
     ]
-    positions = [(-_EDGE, -1, -1), *cluster_positions, *corner_positions]
+    positions = [(-_EDGE_IN_STEPS, -1, -1), *cluster_positions, *corner_positions]
     anchor_fields = {"gaussians_per_anchor": 2, "level_count": 1}
-    head = Head(sh_degree=0, position_step=_STEP, seed=_find_seed(positions), **anchor_fields)
+    head = Head(
+        sh_degree=0, position_step=_POSITION_STEP, seed=_find_seed(positions), **anchor_fields
+    )
     change = Change(lambda _level, anchor: [0, 0, 0, anchor - 3, 1, anchor % 3])
     return (
         Stream(head)
@@ -77,7 +90,8 @@ def _find_seed(positions: Sequence[Position]) -> int:
     origin = [min(position[axis] for position in positions) for axis in range(3)]
     sorted_positions = sorted(positions, key=lambda position: compute_morton_key(position, origin))
     lattice_positions = [
-        tuple(_STEP * coordinate for coordinate in position) for position in sorted_positions
+        tuple(_POSITION_STEP * coordinate for coordinate in position)
+        for position in sorted_positions
     ]
     far_index = sorted_positions.index(positions[0])
     for seed in range(1 << 20):

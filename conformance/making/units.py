@@ -16,7 +16,7 @@ class Unit:
     Attributes:
         function: Name of the function in unit files.
         note: Description of inputs and outputs.
-        clauses: Clauses of SPEC.md, or sections without clauses.
+        clauses: Ids of clauses of SPEC.md, or numbers of sections without clauses.
         cases: Inputs, each with its output or with a `Rejection`.
     """
 

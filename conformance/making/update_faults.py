@@ -153,7 +153,7 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
     frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     for code in (240, 255):
-        # Without motion the first plane has one context, as after every canonical frame.
+        # Without motion, the first plane has one context, as it does after a canonical frame.
         chunks = replace_frame_fields(
             parent, FRAM_ORDINAL, motion=(), updates=encode_stated_code(code)
         )
@@ -246,7 +246,7 @@ def _list_faults_without_feature(journey: ValidStream) -> Iterable[Row]:
 
 
 def _make_position_faults(updates_far: ValidStream) -> Iterable[Vector]:
-    """Yield `streams/updates-far` plus a frame that moves a Gaussian out of the lattice."""
+    """Yield `streams/updates-far` with an added frame that moves a Gaussian out of the lattice."""
     previous = _get_previous_state(updates_far, -1)
     positions = [g.position for g in previous.gaussians]
     step = updates_far.stream.head.translation_step

@@ -179,7 +179,7 @@ def _make_extreme_streams() -> list[ValidStream]:
 
 
 def append_frame_at_edge(stream: Stream) -> Stream:
-    """Append a frame that moves a Gaussian away from the edge, and finish the stream."""
+    """Append a frame that moves a Gaussian away from the lattice edge, and finish the stream."""
     return stream.add_frame(
         Change(updates=(Update(0, make_residuals(translation=(-3, 3, 0))),))
     ).finish()

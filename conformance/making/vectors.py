@@ -93,11 +93,11 @@ class Vector:
         data: Bytes of the stream.
         decode: Expected output of decoding from the start; None if this is not tested.
         recover: Expected output with recovery; None if this is not tested.
-        seek: Ordinals of frames to seek to, with the expected output from there on.
+        seek: Ordinals of frames to seek to, each with the expected output from that frame on.
         grow: Whether the stream is also fed to the decoder chunk by chunk.
         parent: Vector of the valid stream that this one patches.
         is_stored: Whether the stream is a file; otherwise it is generated from its parent.
-        splices: Patch of the parent; if empty, it is computed from both streams.
+        splices: Patch that turns the parent into this stream; if empty, it is computed.
         numbers: SHA-256 of the dequantized numbers of each frame.
         needs: Capability that a decoder must have to be tested with the stream.
     """
@@ -148,7 +148,7 @@ class Vector:
 
 
 def find_splices(parent: bytes, child: bytes) -> tuple[Splice, ...]:
-    """Return the splices that turn the parent into the child; if their sizes differ, only one."""
+    """Return the splices that turn the parent into the child; one if their sizes differ."""
     if len(parent) == len(child):
         return tuple(_find_equal_size_splices(parent, child))
     min_size = min(len(parent), len(child))

@@ -14,14 +14,14 @@ from plain.planes import PlainSection
 WEIGHT_TOTAL = 1 << 24
 Bits = list[int]
 CodeChoice = Callable[[str, int, int, int], int | None]
-"""Function of (model, context, zeros, ones) that chooses the probability code that is stated.
+"""Function of (model, context, zeros, ones) that chooses the probability code to write.
 
-It returns None if the context states no code.
+It returns None if no code is written for the context.
 """
 
 
 def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
-    """Return the words that code a sequence of (bit, weight of a 1) (SPEC 8.3)."""
+    """Return the words that code pairs of (bit, weight of a 1) (SPEC 8.3)."""
     state, words = 0, []
     for bit, weight in reversed(list(bits)):
         offset, share = (WEIGHT_TOTAL - weight, weight) if bit else (0, WEIGHT_TOTAL - weight)
@@ -37,11 +37,11 @@ def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
 
 @dataclass
 class Planes:
-    """The bits of every plane of a section, and the choice of stated probability codes.
+    """The bits of every plane of a section, and the function that chooses its probability codes.
 
     Attributes:
         bits: Bits of each plane, in the order of the planes.
-        choose_code: Function that chooses the probability code that a context states.
+        choose_code: Function that chooses the probability code to write for a context, if any.
     """
 
     bits: list[Bits]

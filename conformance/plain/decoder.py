@@ -60,7 +60,7 @@ def decode_plain(spec: str, data: bytes) -> PlainStream:
 
 
 class FrameDecoder:
-    """Decodes one frame from its parsed fields; `making.frames` has a subclass that encodes."""
+    """Decodes one frame from its parsed fields; `making.frames` has a subclass that encodes it."""
 
     def __init__(self, header: dict[str, Any], fields: dict[str, Any]) -> None:
         self.header, self.fields = header, fields

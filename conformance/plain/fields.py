@@ -46,7 +46,7 @@ class FieldReader:
     """Reads the fields of a stream, and records a row for each field.
 
     Args:
-        spec: Text that contains the syntax tables, such as SPEC.md.
+        spec: Text that contains the syntax tables, such as that of SPEC.md.
         data: Bytes of the stream.
     """
 

@@ -19,7 +19,7 @@ def read_motion(
         levels: Anchor levels, beginning with level 1.
     """
     zeros = [0] * channels
-    # The anchors of level L have no parent, and are coded as if a parent did not move.
+    # The anchors of level L have no parents, and are coded as if they had parents that do not move.
     symbols, parent_sums = [zeros], [zeros]
     for number in range(len(levels), 0, -1):
         level = levels[number - 1]
@@ -49,7 +49,7 @@ def _subtract(first: Vector, second: Vector) -> Vector:
 
 
 def _classify(value: int, borders: tuple[int, ...]) -> int:
-    """Return how many of the borders are at most `value`."""
+    """Return the number of borders that are less than or equal to `value`."""
     return sum(value >= border for border in borders)
 
 

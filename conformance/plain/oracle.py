@@ -81,7 +81,7 @@ def sample(
 
 
 def bind(positions: list[tuple[int, ...]], anchors: list[tuple[int, ...]]) -> list[int]:
-    """Return the index of the anchor nearest to each position; ties go to the lowest (SPEC 6.4)."""
+    """Return the index of each position's nearest anchor; the lowest wins a tie (SPEC 6.4)."""
     return [
         min(
             range(len(anchors)),

@@ -1,4 +1,4 @@
-"""Runs a decoder: one process for each stream, or one for many jobs; also feeds growing streams."""
+"""Runs a decoder with whole streams, with many jobs in one process, or with chunk after chunk."""
 
 import json
 from collections.abc import Iterator

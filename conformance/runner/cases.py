@@ -1,4 +1,4 @@
-"""Cases: each has an input for a decoder and the expected output."""
+"""Cases: inputs for a decoder, each with the expected output."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

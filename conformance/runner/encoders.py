@@ -101,7 +101,7 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
 
 
 def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
-    """Check that the declared level and the level in HEAD are the lowest level that suffices."""
+    """Check that the declared level and the level in HEAD are both the lowest sufficient level."""
     chunks = [piece for piece, _ in split_chunks(stream)]
     head_level = chunks[0][8 + 20 + _LEVEL_OFFSET]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]

@@ -10,7 +10,7 @@ Entry = dict[str, Any]
 
 
 class SuiteError(Exception):
-    """The suite has no manifest, or differs from its manifest."""
+    """The suite cannot be read, differs from its manifest, or has no case to run."""
 
 
 @dataclass

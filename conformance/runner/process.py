@@ -60,7 +60,7 @@ class CodecProcess:
         self.monitor = ResourceMonitor(self._process.pid, self._limits)
 
     def send(self, data: bytes, *, last: bool = False) -> None:
-        """Send bytes to the decoder in the background; with `last`, close its standard input."""
+        """Send bytes to the decoder in the background; if `last`, then close its standard input."""
         threading.Thread(target=self._write, args=(data, last), daemon=True).start()
 
     def feed(self, data: bytes) -> None:
@@ -80,7 +80,7 @@ class CodecProcess:
         """Return the exit status of a decoder that has closed its output.
 
         Raises:
-            FaultError: A signal ended the decoder, or the decoder exceeds a limit.
+            FaultError: The decoder was ended by a signal, or exceeded a limit.
         """
         while self._process.poll() is None:
             self._check_limits()

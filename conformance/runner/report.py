@@ -48,7 +48,7 @@ class Report:
         return bool(self.results) and all(result.passed for result in self.results)
 
     def count_results_by(self, key: str) -> dict[str, tuple[int, int]]:
-        """Return the numbers of passed and of all cases for each category, mode or clause."""
+        """Return (passed cases, all cases) for each category, mode or clause."""
         counts: dict[str, list[int]] = defaultdict(lambda: [0, 0])
         for result in self.results:
             value = getattr(result.case, key)

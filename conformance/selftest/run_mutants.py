@@ -109,7 +109,7 @@ def _find_first_failures(
     for case in cases:
         if len(first_failures) == needed_categories:
             break
-        # The many cuts at every byte detect no more than the other cuts.
+        # The cuts at every byte detect no mutants that the other cuts do not detect.
         if case.category in first_failures or case.name.startswith(_CUTS_AT_EVERY_BYTE):
             continue
         verdict = case_runner.run_case(case)

@@ -65,7 +65,7 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
 def describe_stream(
     stream: bytes | Source, start: int = 0, outputs: Iterable[str] = ()
 ) -> Iterator[Line]:
-    """Yield a line for every frame from `start` on, and a last line if the stream is rejected.
+    """Yield a line for every frame from `start` on, and a last line if it is rejected or declined.
 
     Args:
         stream: A stream.
