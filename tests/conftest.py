@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, settings
 
+from quarc_ref.decoder.reference_engine import ReferenceEngine
 from quarc_ref.format.coding.entropy import use_bit_decoder
 from quarc_ref.inspection.cross_check import CrossChecker
 from tests.clusters import run_cluster
@@ -71,6 +72,12 @@ def both_entropy_decoders():
     coders = CrossChecker()
     with use_bit_decoder(coders.open):
         yield coders
+
+
+@pytest.fixture(autouse=True)
+def _forget_large_scenes(monkeypatch):
+    """Without a fast engine, keep the hint at it out of tests that decode no large scene."""
+    monkeypatch.setattr(ReferenceEngine, "largest_gaussian_count", 0)
 
 
 @pytest.fixture(autouse=True)

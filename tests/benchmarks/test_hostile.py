@@ -10,6 +10,7 @@ from hostile import blocks, judge
 from hostile.mutations import Mutator
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.benchmarks.test_hostile_mutations import SEEDS
+from tests.engines import needs_fast
 from tests.small_streams import rebuild_stream
 
 _SERIES = blocks.Series(Mutator(SEEDS, 0))
@@ -22,6 +23,7 @@ def _run_fuzzer(folder, *arguments):
     return json.loads(completed.stdout)
 
 
+@needs_fast
 def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(tmp_path):
     first_report = _run_fuzzer(tmp_path, "--streams", 150)
     saved_blocks = (tmp_path / "series_0" / "blocks.jsonl").read_text()

@@ -7,6 +7,7 @@ import pytest
 import hostile_bombs
 from quarc_ref.format.constants import LEVELS, Level
 from quarc_ref.streams import decode
+from tests.engines import needs_fast
 
 
 @pytest.fixture
@@ -27,6 +28,7 @@ def test_a_bomb_uses_the_limits_of_its_level_and_is_small(arrangement, has_birth
     assert len(data) < 12 * 400
 
 
+@needs_fast
 def test_a_stream_is_measured_in_its_own_process():
     command = [
         sys.executable,
