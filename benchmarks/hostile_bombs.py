@@ -78,7 +78,7 @@ def build_stream(level: int, arrangement: str, *, has_births: bool) -> bytes:
     loop.commit_canonical(_make_gaussians(header, _ARRANGEMENTS[arrangement](count)), 0)
     for _ in range(1, _FRAME_COUNT):
         frame_start = loop.start_frame(0)
-        levels = frame_start.state.known_anchors.levels
+        levels = frame_start.state.required_anchors.levels
         symbols = [
             np.zeros((6, level_anchors.owners.size), dtype=np.int64) for level_anchors in levels
         ]

@@ -196,7 +196,7 @@ def _make_chunks(header: StreamHeader, job: Job) -> Iterator[tuple[bytes, bytes]
     for frame in range(1, job.frames):
         frame_start = engine.begin_frame(state, job.births)
         level_positions = [
-            level.positions.astype(np.float64) for level in frame_start.known_anchors.levels
+            level.positions.astype(np.float64) for level in frame_start.required_anchors.levels
         ]
         movers = movers or _make_movers(frame_start, level_positions, rng, sparse=job.sparse)
         symbols = [

@@ -218,7 +218,7 @@ def main() -> None:
 def _make_symbols_for_radius(state: State, motion: SceneMotion, radius: float) -> list[Int64]:
     """Return the symbols if all movers have this radius; every call adds the same noise."""
     rng, symbols = np.random.default_rng(2), []
-    for level in state.known_anchors.levels:
+    for level in state.required_anchors.levels:
         gaussian_indices = np.searchsorted(state.scene.ids, level.owners)
         level_motion = motion.velocities[:, motion.nearest_movers[gaussian_indices]] / 3
         is_moving = motion.distances[gaussian_indices] < radius

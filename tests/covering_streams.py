@@ -20,7 +20,7 @@ def make_covering_stream(count: int, width: int, height: int, frames: int = 1) -
     loop.commit_canonical(Gaussians(zeros[:3], zeros[:4], zeros[4:]), 0)
     for _ in range(1, frames):
         start = loop.start_frame(0)
-        levels = start.state.known_anchors.levels
+        levels = start.state.required_anchors.levels
         symbols = [
             np.zeros((6, level_anchors.owners.size), dtype=np.int64) for level_anchors in levels
         ]

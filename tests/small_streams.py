@@ -46,7 +46,7 @@ def make_symbols(state: State, seed: int = 0, share: float = 0.3) -> list[np.nda
     """Symbols of the anchors of a state, most of which are 0."""
     rng = np.random.default_rng(seed)
     levels = []
-    for level in state.known_anchors.levels:
+    for level in state.required_anchors.levels:
         shape = (state.scene.header.symbol_planes, level.owners.size)
         is_moving = rng.random(shape[1]) < share
         levels.append(rng.integers(-3, 4, shape) * is_moving)

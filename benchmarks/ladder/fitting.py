@@ -80,7 +80,7 @@ def _fit_anchors(
     with without_rounding():
         motion = fit_motion(context, FrameStart(frame_start, frame_start, 0), settings)
     header = frame_start.scene.header
-    sums = BindingSums(frame_start.known_anchors, context.device).sum_levels(motion.residuals)
+    sums = BindingSums(frame_start.required_anchors, context.device).sum_levels(motion.residuals)
     translations, rotations = (
         sums[:, :3] * translation_step(header),
         sums[:, 3:] / header.rotation_unity,

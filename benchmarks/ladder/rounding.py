@@ -79,7 +79,7 @@ def round_rung(frame_start: State, fit: FitResult) -> RoundedResult:
     """
     if fit.symbols is not None:
         return _round_motion(frame_start, fit.symbols)
-    levels = frame_start.known_anchors.levels
+    levels = frame_start.required_anchors.levels
     planes = frame_start.scene.header.symbol_planes
     zero_symbols = [np.zeros((planes, level.owners.size), dtype=np.int64) for level in levels]
     return _round_updates(move(frame_start, zero_symbols), fit)

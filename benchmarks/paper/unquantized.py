@@ -151,7 +151,7 @@ def move_without_rounding(frame_start: State, residuals: torch.Tensor) -> State:
         frame_start: State after `begin_frame`.
         residuals: `[A, c]` in steps, for the anchors of all levels, level 1 first.
     """
-    scene, anchors = frame_start.scene, frame_start.known_anchors
+    scene, anchors = frame_start.scene, frame_start.required_anchors
     level_starts = np.cumsum([level.owners.size for level in anchors.levels])[:-1]
     levels = np.split(residuals.double().cpu().numpy().T, level_starts, axis=1)
     motion = sum(
@@ -183,7 +183,7 @@ def _rotate(frame_start: State, residuals: NDArray[np.float64]) -> NDArray[np.in
 
 def _rebind(frame_start: State) -> State:
     """Bind every Gaussian to its nearest anchors, as the released code does."""
-    anchors, positions = frame_start.known_anchors, frame_start.scene.positions.T
+    anchors, positions = frame_start.required_anchors, frame_start.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
     return replace(frame_start, anchors=Anchors(anchors.levels, np.stack(binding)))
 

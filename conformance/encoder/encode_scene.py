@@ -69,7 +69,7 @@ def _make_shift_symbols(state: State, shift: tuple[float, float, float]) -> list
     """Return symbols that shift all Gaussians by moving the anchors of the coarsest level."""
     header = state.scene.header
     step = header.translation_step * 2.0**-header.lattice_exponent
-    levels = state.known_anchors.levels
+    levels = state.required_anchors.levels
     symbols = [np.zeros((header.symbol_planes, level.owners.size), np.int64) for level in levels]
     symbols[-1][:3] = np.rint(np.array(shift) / step).astype(np.int64)[:, None]
     return symbols

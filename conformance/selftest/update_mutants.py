@@ -72,13 +72,13 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "recency grows beyond its maximum",
         _UPDATES_FILE,
-        "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
-        "np.minimum(state.known_recency + 1, 9)",
+        "np.minimum(state.required_recency + 1, RECENCY_LIMIT)",
+        "np.minimum(state.required_recency + 1, 9)",
     ),
     make_mutant(
         "recency is at its maximum one frame after an update",
         _UPDATES_FILE,
-        "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
+        "np.minimum(state.required_recency + 1, RECENCY_LIMIT)",
         "np.full(state.scene.count, RECENCY_LIMIT)",
     ),
     make_mutant(
@@ -91,8 +91,8 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "recency does not grow in frames without updates",
         _UPDATES_FILE,
-        "np.minimum(state.known_recency + 1, RECENCY_LIMIT)",
-        "np.minimum(state.known_recency + bool(updates.count), RECENCY_LIMIT)",
+        "np.minimum(state.required_recency + 1, RECENCY_LIMIT)",
+        "np.minimum(state.required_recency + bool(updates.count), RECENCY_LIMIT)",
     ),
     make_mutant(
         "new Gaussians start with the maximum recency",
@@ -109,9 +109,9 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "after a deletion, bindings are assigned to the wrong Gaussians",
         _UPDATES_FILE,
-        "anchors=state.known_anchors.without(deleted)",
-        "anchors=replace(state.known_anchors,"
-        " binding=state.known_anchors.binding[:, : scene.count])",
+        "anchors=state.required_anchors.without(deleted)",
+        "anchors=replace(state.required_anchors,"
+        " binding=state.required_anchors.binding[:, : scene.count])",
     ),
     make_mutant(
         "after a deletion, motion is assigned to the wrong Gaussians",

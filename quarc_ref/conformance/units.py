@@ -25,7 +25,7 @@ from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.entropy import make_bit_decoder
 from quarc_ref.format.coding.gaussian_planes import code_ascending
 from quarc_ref.format.coding.planes import PlaneReader
-from quarc_ref.format.coding.probability import weight_of_code
+from quarc_ref.format.coding.probability import weight_of_probability_code
 from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import OPACITY, Section, StreamHeader
@@ -210,7 +210,7 @@ UNITS: dict[str, Callable[..., _JsonValue]] = {
     "sample": _sample_anchors,
     "bind": _bind_positions,
     "deaths": _choose_deaths,
-    "weight_of_code": weight_of_code,
+    "weight_of_code": weight_of_probability_code,
     "weight_by_counts": _compute_weight,
     "counts": _add_plane_to_counts,
     "decode_bits": _decode_bits,

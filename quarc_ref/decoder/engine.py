@@ -72,7 +72,7 @@ class FrameState(Protocol):
         ...
 
     @property
-    def known_anchors(self) -> Anchors:
+    def required_anchors(self) -> Anchors:
         """The anchors of the last sampling; not available before `begin_frame`."""
         ...
 

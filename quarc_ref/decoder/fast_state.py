@@ -80,7 +80,7 @@ class FastState:
         return Anchors(tuple(AnchorLevel(*level) for level in levels), self.core.binding())
 
     @property
-    def known_anchors(self) -> Anchors:
+    def required_anchors(self) -> Anchors:
         """The anchors of the last sampling; not available before `begin_frame`.
 
         Raises:

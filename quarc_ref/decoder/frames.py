@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.digest import state_crc
-from quarc_ref.decoder.limits import require_births, require_gaussians
+from quarc_ref.decoder.limits import check_birth_count, check_gaussian_count
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, motion_contexts, move
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.decoder.state import State
@@ -55,7 +55,7 @@ def read_checked_canonical(header: StreamHeader, chunk: CanonicalChunk) -> Gauss
     if chunk.gaussian_count == 0:  # [7.2-2]
         message = "a canonical frame has no Gaussians"
         raise CountError(message)
-    require_gaussians(header, chunk.gaussian_count)
+    check_gaussian_count(header, chunk.gaussian_count)
     return read_canonical(chunk, header.code_planes)
 
 
@@ -90,12 +90,12 @@ def read_checked_snapshot(
     Raises:
         BitstreamError: The chunk is invalid.
     """
-    require_gaussians(header, chunk.newborn_count)
+    check_gaussian_count(header, chunk.newborn_count)
     snapshot = read_snapshot(chunk, canonical)
     if snapshot.gaussians.count == 0:  # [7.9-3]
         message = "a snapshot has no Gaussians"
         raise CountError(message)
-    require_gaussians(header, snapshot.gaussians.count)
+    check_gaussian_count(header, snapshot.gaussians.count)
     return snapshot
 
 
@@ -167,7 +167,7 @@ def decode_births(state: State, section: Section, count: int) -> State:
         BitstreamError: The section is invalid.
     """
     header = state.scene.header
-    require_births(header, count, state.scene.count)
+    check_birth_count(header, count, state.scene.count)
     births, counts = read_births(section, header.code_planes, count, state.birth_counts)
     return append_births(replace(state, birth_counts=counts), births)
 

@@ -5,7 +5,7 @@ from quarc_ref.format.errors import CountLevelError, LimitError
 from quarc_ref.format.records import StreamHeader
 
 
-def require_gaussians(header: StreamHeader, count: int) -> None:
+def check_gaussian_count(header: StreamHeader, count: int) -> None:
     """Reject or decline a frame with too many Gaussians.
 
     Raises:
@@ -18,7 +18,7 @@ def require_gaussians(header: StreamHeader, count: int) -> None:
     _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")
 
 
-def require_births(header: StreamHeader, count: int, gaussian_count: int) -> None:
+def check_birth_count(header: StreamHeader, count: int, gaussian_count: int) -> None:
     """Reject or decline a frame with too many births.
 
     Args:

@@ -75,7 +75,7 @@ def motion_contexts(state: State, *, use_previous: bool) -> list[LevelContext]:
         use_previous: Whether the contexts depend on the motion of the previous frame.
     """
     contexts = []
-    for level in state.known_anchors.levels:
+    for level in state.required_anchors.levels:
         level_motion = look_up_motion(state, level.owners)
         contexts.append(
             LevelContext(
@@ -105,7 +105,7 @@ def move(state: State, symbols: list[Int64]) -> State:
         DegenerateRotationError: The residual quaternions of a Gaussian sum to zero.
     """
     scene = state.scene
-    symbols_and_binding = zip(symbols, state.known_anchors.binding, strict=True)
+    symbols_and_binding = zip(symbols, state.required_anchors.binding, strict=True)
     sums = np.sum([level[:, binding] for level, binding in symbols_and_binding], axis=0)
     positions = scene.positions + sums[:3] * scene.header.translation_step
     return replace(

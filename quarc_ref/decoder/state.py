@@ -50,7 +50,7 @@ class State:
         return self.scene.frame
 
     @property
-    def known_anchors(self) -> Anchors:
+    def required_anchors(self) -> Anchors:
         """The anchors of the last sampling; not available before `begin_frame`.
 
         Raises:
@@ -62,7 +62,7 @@ class State:
         return self.anchors
 
     @property
-    def known_recency(self) -> Int16:
+    def required_recency(self) -> Int16:
         """The recency of the Gaussians; available only in a stream with updates.
 
         Raises:

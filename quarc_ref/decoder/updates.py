@@ -25,7 +25,7 @@ def update_context(state: State) -> UpdateContext:
     Args:
         state: State after `move`; the stream must have updates.
     """
-    return UpdateContext(state.motion, state.known_recency)
+    return UpdateContext(state.motion, state.required_recency)
 
 
 def apply_updates(state: State, updates: Updates) -> State:
@@ -44,7 +44,7 @@ def apply_updates(state: State, updates: Updates) -> State:
     if deleted.size == state.scene.count:  # [7.8-1]
         message = f"the updates delete all {deleted.size} Gaussians"
         raise CountError(message)
-    recency = np.minimum(state.known_recency + 1, RECENCY_LIMIT).astype(np.int16)
+    recency = np.minimum(state.required_recency + 1, RECENCY_LIMIT).astype(np.int16)
     recency[updates.gaussians] = 0
     survives = ~updates.dies
     surviving = updates.gaussians[survives]
@@ -53,7 +53,7 @@ def apply_updates(state: State, updates: Updates) -> State:
     return replace(
         state,
         scene=_add_residuals(scene, surviving, updates.residuals[:, survives]),
-        anchors=state.known_anchors.without(deleted),
+        anchors=state.required_anchors.without(deleted),
         motion=np.delete(state.motion, deleted, axis=1),
         recency=np.delete(recency, deleted),
         updates=updates,

@@ -62,7 +62,7 @@ def _begin_frame(frame=1):
 
 def _move_frame():
     start_state = _begin_frame()
-    levels = start_state.known_anchors.levels
+    levels = start_state.required_anchors.levels
     return move(start_state, [np.zeros((6, level.owners.size), dtype=np.int64) for level in levels])
 
 
@@ -200,7 +200,7 @@ def test_a_stream_without_updates_equals_one_with_empty_updates():
     state_with_updates = allow_updates(state)
 
     assert state_with_updates.scene.header.updates
-    assert set(state_with_updates.known_recency) == {3}
+    assert set(state_with_updates.required_recency) == {3}
     assert allow_updates(state_with_updates) is state_with_updates
 
 

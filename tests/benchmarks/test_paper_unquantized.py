@@ -52,7 +52,7 @@ def _begin_frame(components=3):
 def test_whole_residuals_move_a_scene_as_the_decoder_does(components):
     start_state = _begin_frame(components)
     rng = np.random.default_rng(1)
-    anchor_counts = [level.owners.size for level in start_state.known_anchors.levels]
+    anchor_counts = [level.owners.size for level in start_state.required_anchors.levels]
     symbols = [rng.integers(-6, 7, (3 + components, size)) for size in anchor_counts]
 
     decoded_state = move(start_state, symbols)
@@ -69,7 +69,7 @@ def test_a_residual_of_a_third_of_a_step_is_not_lost():
     header = refine_header(StreamHeader(), 3.0)
     splats = from_splats(make_splats(0), torch.device("cpu"))
     start_state = begin_frame(begin_canonical(header, 0, quantize_gaussians(splats, header)), 0)
-    count = sum(level.owners.size for level in start_state.known_anchors.levels)
+    count = sum(level.owners.size for level in start_state.required_anchors.levels)
     residuals = torch.zeros(count, 6)
     residuals[:, 0] = 1 / 3
 
@@ -116,16 +116,18 @@ def test_with_only_motion_in_floats_the_canonical_frame_is_quantized(frames):
 def test_the_binding_is_kept_between_samplings(frames):
     start_state = begin_frame(frames[1].state, frames[2].deaths)
 
-    assert np.array_equal(frames[2].state.known_anchors.binding, start_state.known_anchors.binding)
+    assert np.array_equal(
+        frames[2].state.required_anchors.binding, start_state.required_anchors.binding
+    )
 
 
 def test_with_rebinding_the_nearest_anchor_is_found_again_between_samplings():
     frames = _encode_floats(SLOW_CONFIG, "all", rebinds=True)
     start_state = begin_frame(frames[1].state, frames[2].deaths)
-    anchors, positions = frames[2].state.known_anchors, start_state.scene.positions
+    anchors, positions = frames[2].state.required_anchors, start_state.scene.positions
 
     assert all(
-        map(np.array_equal, anchors.levels[0].owners, start_state.known_anchors.levels[0].owners)
+        map(np.array_equal, anchors.levels[0].owners, start_state.required_anchors.levels[0].owners)
     )
     for level, binding in zip(anchors.levels, anchors.binding, strict=True):
         nearest_distances, _ = cKDTree(level.positions.T).query(positions.T)

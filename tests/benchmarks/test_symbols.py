@@ -22,7 +22,7 @@ def test_symbols_are_as_sparse_as_requested(frame_start, share):
 def test_an_anchor_moves_more_often_if_its_parent_moves(frame_start):
     scene_motion = symbols.make_scene_motion(frame_start, np.random.default_rng(1))
     fine_symbols, coarse_symbols, _ = symbols.make_symbols(frame_start, scene_motion, 0.07)
-    parents = frame_start.known_anchors.levels[0].parents
+    parents = frame_start.required_anchors.levels[0].parents
     is_moving = np.any(fine_symbols, axis=0)
     is_parent_moving = np.any(coarse_symbols, axis=0)[parents]
 

@@ -37,7 +37,7 @@ def test_motion_matches_plain_integers(seed, components):
     moved = move(before_motion, symbols)
 
     for i in range(before_motion.scene.count):
-        symbols_and_binding = zip(symbols, before_motion.known_anchors.binding, strict=True)
+        symbols_and_binding = zip(symbols, before_motion.required_anchors.binding, strict=True)
         sums = [
             sum(s)
             for s in zip(
@@ -69,7 +69,8 @@ def test_a_w_that_cancels_the_identity_is_rejected():
     header = replace(_HEADER, rotation_components=4, rotation_unity=10, level_count=1)
     before_motion = _begin(header)
     symbols = [
-        np.zeros((7, level.owners.size), dtype=int) for level in before_motion.known_anchors.levels
+        np.zeros((7, level.owners.size), dtype=int)
+        for level in before_motion.required_anchors.levels
     ]
     symbols[0][3] = -10
 
@@ -79,7 +80,9 @@ def test_a_w_that_cancels_the_identity_is_rejected():
 
 def test_a_gaussian_that_leaves_the_lattice_is_rejected():
     before_motion = _begin(replace(_HEADER, translation_step=60_000))
-    symbols = [np.full((6, level.owners.size), 65) for level in before_motion.known_anchors.levels]
+    symbols = [
+        np.full((6, level.owners.size), 65) for level in before_motion.required_anchors.levels
+    ]
 
     with pytest.raises(PositionRangeError):
         move(before_motion, symbols)
@@ -119,8 +122,11 @@ def test_births_are_bound_in_the_next_frame_and_other_gaussians_keep_their_ancho
 
     next_state = begin_frame(with_births, 0)
 
-    binding_before, binding_after = moved.known_anchors.binding, next_state.known_anchors.binding
-    levels = [level.positions.T.tolist() for level in next_state.known_anchors.levels]
+    binding_before, binding_after = (
+        moved.required_anchors.binding,
+        next_state.required_anchors.binding,
+    )
+    levels = [level.positions.T.tolist() for level in next_state.required_anchors.levels]
     newborn = [tuple(p) for p in with_births.scene.positions.T[30:].tolist()]
     assert binding_after[:, :30].tolist() == binding_before.tolist()
     assert binding_after[:, 30:].tolist() == [oracle.bind(newborn, level) for level in levels]
@@ -128,10 +134,10 @@ def test_births_are_bound_in_the_next_frame_and_other_gaussians_keep_their_ancho
 
 def test_anchors_are_sampled_again_after_the_interval_and_not_before():
     state = _begin()
-    levels_by_frame = [state.known_anchors.levels]
+    levels_by_frame = [state.required_anchors.levels]
     for _ in range(3):
         state = begin_frame(move(state, make_symbols(state)), 0)
-        levels_by_frame.append(state.known_anchors.levels)
+        levels_by_frame.append(state.required_anchors.levels)
 
     assert [later is earlier for earlier, later in pairwise(levels_by_frame)] == [
         True,
@@ -151,7 +157,7 @@ def test_a_dead_newborn_does_not_change_the_binding_of_others():
     next_state = begin_frame(with_births, 1)
 
     assert next_state.scene.ids.tolist() == [*range(30), 30, 32, 33]
-    assert next_state.known_anchors.binding.shape == (3, 33)
+    assert next_state.required_anchors.binding.shape == (3, 33)
 
 
 def test_a_newborn_is_placed_by_its_parent_and_has_its_own_codes():
@@ -219,7 +225,7 @@ def test_contexts_contain_the_last_motion_of_each_anchors_gaussian():
 
     contexts = motion_contexts(next_state, use_previous=True)
 
-    for context, level in zip(contexts, next_state.known_anchors.levels, strict=True):
+    for context, level in zip(contexts, next_state.required_anchors.levels, strict=True):
         assert context.previous_motion.tolist() == moved.motion[:, level.owners].tolist()
     assert not any(c.previous_motion.any() for c in motion_contexts(next_state, use_previous=False))
 
@@ -231,6 +237,6 @@ def test_an_anchor_whose_gaussian_died_has_no_last_motion():
 
     contexts = motion_contexts(after_deaths, use_previous=True)
 
-    for context, level in zip(contexts, after_deaths.known_anchors.levels, strict=True):
+    for context, level in zip(contexts, after_deaths.required_anchors.levels, strict=True):
         alive = np.isin(level.owners, after_deaths.scene.ids)
         assert context.previous_motion.any(axis=0).tolist() == alive.tolist()

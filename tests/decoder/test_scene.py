@@ -32,5 +32,5 @@ def test_the_remaining_gaussians_keep_their_order():
 
 def test_a_canonical_frame_has_no_anchors():
     with pytest.raises(ValueError, match="begin_frame"):
-        _ = _STATE.known_anchors
-    assert begin_frame(_STATE, 0).known_anchors.levels
+        _ = _STATE.required_anchors
+    assert begin_frame(_STATE, 0).required_anchors.levels

@@ -45,7 +45,7 @@ def _list_plain_gaussians(state: State) -> list[PlainGaussian]:
     scene = state.scene
     columns = zip(
         *(scene.ids.tolist(), scene.positions.T.tolist(), scene.rotations.T.tolist()),
-        *(scene.codes.T.tolist(), state.motion.T.tolist(), state.known_recency.tolist()),
+        *(scene.codes.T.tolist(), state.motion.T.tolist(), state.required_recency.tolist()),
         strict=True,
     )
     return [PlainGaussian(*column) for column in columns]
@@ -77,7 +77,9 @@ def test_surviving_gaussians_keep_their_anchors():
     updated = apply_updates(moved, updates)
 
     survivors = np.delete(np.arange(moved.scene.count), [1, 9])
-    assert np.array_equal(updated.known_anchors.binding, moved.known_anchors.binding[:, survivors])
+    assert np.array_equal(
+        updated.required_anchors.binding, moved.required_anchors.binding[:, survivors]
+    )
 
 
 def test_a_frame_continues_after_updates_as_after_motion():
@@ -86,20 +88,20 @@ def test_a_frame_continues_after_updates_as_after_motion():
 
     next_state = begin_frame(with_births, 0)
 
-    assert next_state.known_recency.tolist()[-3:] == [0, 0, 0]
+    assert next_state.required_recency.tolist()[-3:] == [0, 0, 0]
     assert (
-        next_state.known_anchors.binding.shape[1]
+        next_state.required_anchors.binding.shape[1]
         == next_state.scene.count
         == with_births.scene.count
     )
-    assert next_state.motion.shape[1] == next_state.known_recency.size == next_state.scene.count
+    assert next_state.motion.shape[1] == next_state.required_recency.size == next_state.scene.count
 
 
 def test_recency_counts_the_frames_since_the_last_update():
     state, recencies = _make_moved_state(), []
     state = apply_updates(state, _updates([5], [(9, 1)]))
     for _ in range(4):
-        recencies.append(int(state.known_recency[5]))
+        recencies.append(int(state.required_recency[5]))
         state = begin_frame(state, 0)
         state = apply_updates(
             move(state, [0 * level for level in make_symbols(state)]), _updates([])
@@ -160,4 +162,4 @@ def test_a_stream_without_updates_has_no_recency():
     header = replace(_HEADER, updates=False)
 
     with pytest.raises(ValueError, match="no updates"):
-        _ = _make_moved_state(header).known_recency
+        _ = _make_moved_state(header).required_recency

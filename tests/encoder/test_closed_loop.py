@@ -49,7 +49,7 @@ def test_the_next_frame_starts_from_exactly_the_decoders_state():
         assert encoded.next_id == decoded_state.next_id
         assert (encoded.anchors is None) == (decoded_state.anchors is None)
         if encoded.anchors is not None:
-            assert np.array_equal(encoded.anchors.binding, decoded_state.known_anchors.binding)
+            assert np.array_equal(encoded.anchors.binding, decoded_state.required_anchors.binding)
 
 
 def test_a_loop_that_has_replayed_its_frames_continues_as_if_it_had_written_them():

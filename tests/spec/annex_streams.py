@@ -143,7 +143,7 @@ def columns(*rows: list[int]) -> Int64:
 def build_symbols(begun_state: State, *anchor_symbols: tuple[int, int, list[int]]) -> list[Int64]:
     """Return the symbols of all anchors: those given as (level, anchor, symbols), else 0."""
     channels = begun_state.scene.header.symbol_planes
-    levels = begun_state.known_anchors.levels
+    levels = begun_state.required_anchors.levels
     symbols = [np.zeros((channels, level.owners.size), dtype=np.int64) for level in levels]
     for level, anchor, values in anchor_symbols:
         symbols[level - 1][:, anchor] = values

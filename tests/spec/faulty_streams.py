@@ -120,7 +120,7 @@ def _cancel_identity() -> Section:
     """Return motion whose w cancels the identity at every Gaussian, so that the norm is 0."""
     begun_state = begin_frame(STATES[3], 0)
     symbols = [
-        np.zeros((7, level.owners.size), np.int64) for level in begun_state.known_anchors.levels
+        np.zeros((7, level.owners.size), np.int64) for level in begun_state.required_anchors.levels
     ]
     for level in symbols:
         level[3] = -1

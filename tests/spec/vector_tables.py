@@ -8,7 +8,7 @@ import numpy as np
 from plain import oracle
 from plain.coder import weight_from_code, weight_from_counts
 from quarc_ref.format import arithmetic
-from quarc_ref.format.coding.probability import weight_of_code
+from quarc_ref.format.coding.probability import weight_of_probability_code
 from tests.spec import annex_vectors as vectors
 
 _Q = "2097152, 2097152, 2097152, 2097152"
@@ -193,8 +193,8 @@ def codes_table() -> str:
     """Return the table of the weights of codes 0 to 119, with a row for each octave."""
     head = ("codes", *(f"m = {m}" for m in range(8)))
     rows = [
-        (f"{8 * e} to {8 * e + 7}", *(str(weight_of_code(8 * e + m)) for m in range(8)))
+        (f"{8 * e} to {8 * e + 7}", *(str(weight_of_probability_code(8 * e + m)) for m in range(8)))
         for e in range(15)
     ]
-    assert all(weight_of_code(code) == weight_from_code(code) for code in range(240))
+    assert all(weight_of_probability_code(code) == weight_from_code(code) for code in range(240))
     return "<!-- spec:vectors codes -->\n" + vectors.render_table(head, rows)

@@ -76,7 +76,7 @@ class RecordGenerator:
         limit = self.rng.choice((0, 1, 3, 3, SYMBOL_LIMIT))
         share = self.rng.choice((0.1, 0.5, 1.0))
         levels = []
-        for level in frame_start.known_anchors.levels:
+        for level in frame_start.required_anchors.levels:
             shape = (frame_start.scene.header.symbol_planes, level.owners.size)
             is_moving = self.array_rng.random(shape[1]) < share
             levels.append(self.array_rng.integers(-limit, limit + 1, shape) * is_moving)

@@ -7,7 +7,7 @@ import numpy as np
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.entropy import encode_bits
-from quarc_ref.format.coding.probability import weight_of_code
+from quarc_ref.format.coding.probability import weight_of_probability_code
 from quarc_ref.format.constants import CODE_BITS, PROBABILITY_CODES, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
 
@@ -67,7 +67,7 @@ class StatingWriter:
 
 def _get_weight(code: int) -> int:
     """Return the weight of a 1 that a code states; half of the total for an undefined code."""
-    return weight_of_code(code) if code < PROBABILITY_CODES else _EQUIPROBABLE_WEIGHT
+    return weight_of_probability_code(code) if code < PROBABILITY_CODES else _EQUIPROBABLE_WEIGHT
 
 
 _BIT_ORDER = tuple(reversed(range(CODE_BITS)))

@@ -46,7 +46,7 @@ def main() -> None:
             start = loop.start_frame(0)
             symbols = [
                 make_symbols(level.positions, center, speed if level_index == 0 else 0)
-                for level_index, level in enumerate(start.state.known_anchors.levels)
+                for level_index, level in enumerate(start.state.required_anchors.levels)
             ]
             moved = loop.move_frame(start, symbols)
             center[1] += speed * HEADER.translation_step / UNITS_PER_METER

@@ -92,7 +92,7 @@ class _MotionFit:
         scene = start.state.scene
         self._context, self._scene, self._settings = context, scene, settings
         self._attributes = from_splats(dequantize(scene), context.device)
-        self._binding_sums = BindingSums(start.state.known_anchors, context.device)
+        self._binding_sums = BindingSums(start.state.required_anchors, context.device)
         initial_values = initial_residuals(start.previous, start.state, settings).to(context.device)
         scale_weight = rd.scale_absolute if settings.rate_model == "l1" else rd.scale_relative
         self._rate_weight = scale_weight(settings.rd_lambda)

@@ -39,7 +39,7 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
     """
     remaining_motion = start.motion.astype(np.float64)
     level_means = []
-    levels = zip(start.known_anchors.levels, start.known_anchors.binding, strict=True)
+    levels = zip(start.required_anchors.levels, start.required_anchors.binding, strict=True)
     for level, binding in reversed(list(levels)):
         follower_counts = np.maximum(np.bincount(binding, minlength=level.owners.size), 1)
         sums = [np.bincount(binding, row, minlength=level.owners.size) for row in remaining_motion]
@@ -51,7 +51,7 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
 
 def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float64]:
     """Return each anchor's previous symbols; for a resampled anchor, those of nearby anchors."""
-    new_levels = start.known_anchors.levels
+    new_levels = start.required_anchors.levels
     if previous.anchors is None:
         count = sum(level.owners.size for level in new_levels)
         return np.zeros((count, start.motion.shape[0]))

@@ -57,10 +57,10 @@ def fit_motion(
     """
     survivors = np.flatnonzero(rows >= 0)
     target_motion = _measure_motion(start, target, rows, survivors)
-    symbols = _fit_levels(start.known_anchors, target_motion, survivors)
+    symbols = _fit_levels(start.required_anchors, target_motion, survivors)
     channel_tolerances = tolerances.by_channels(target.slack.select(rows[survivors]))
     return _drop_unneeded_symbols(
-        start.known_anchors, symbols, target_motion, survivors, channel_tolerances
+        start.required_anchors, symbols, target_motion, survivors, channel_tolerances
     )
 
 

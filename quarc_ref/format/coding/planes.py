@@ -20,7 +20,7 @@ from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.entropy import encode_bits, make_bit_decoder
 from quarc_ref.format.coding.pricing import saves_bits
-from quarc_ref.format.coding.probability import choose_codes, weight_of_code
+from quarc_ref.format.coding.probability import choose_codes, weight_of_probability_code
 from quarc_ref.format.constants import CODE_BITS, STATED_WEIGHT, WEIGHT_TOTAL
 from quarc_ref.format.records import Section
 
@@ -71,7 +71,7 @@ class PlaneWriter:
         zeros, ones = runs.count_zeros_and_ones(runs_of_bits)
         weights = self._counts.weights(model, runs.contexts)
         codes = choose_codes(ones, runs.lengths)
-        fitted_weights = np.array([weight_of_code(code) for code in codes.tolist()])
+        fitted_weights = np.array([weight_of_probability_code(code) for code in codes.tolist()])
         is_stated = saves_bits(zeros, ones, weights, fitted_weights)
         code_bits = np.unpackbits(codes[is_stated].astype(np.uint8))
         self._runs += [
@@ -118,7 +118,7 @@ class PlaneReader:
             self._bit_decoder.take(CODE_BITS * int(is_stated.sum()), _EQUIPROBABLE_WEIGHT)
         )
         weights = self._counts.weights(model, runs.contexts)
-        weights[is_stated] = [weight_of_code(code) for code in codes.tolist()]
+        weights[is_stated] = [weight_of_probability_code(code) for code in codes.tolist()]
         run_sizes = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
         runs_of_bits = [self._bit_decoder.take(count, weight) for count, weight in run_sizes]
         self._counts.add_bits(model, runs.contexts, *runs.count_zeros_and_ones(runs_of_bits))

@@ -17,7 +17,7 @@ _STEPS_PER_OCTAVE = 8
 _MIN_SHIFT = 5
 
 
-def weight_of_code(code: int) -> int:
+def weight_of_probability_code(code: int) -> int:
     """Return the weight of a 1 bit (out of 2^24) that a probability code represents.
 
     Raises:

@@ -19,7 +19,7 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
     symbols = make_symbols(frame_start, seed=1)
     rows = torch.tensor(np.concatenate(symbols, axis=1).T, dtype=torch.float32)
     steps = [translation_step(header)] * 3 + [1 / header.rotation_unity] * components
-    binding_sums = BindingSums(frame_start.known_anchors, torch.device("cpu"))
+    binding_sums = BindingSums(frame_start.required_anchors, torch.device("cpu"))
     sums = binding_sums.sum_levels(rows * torch.tensor(steps))
 
     attributes = from_splats(dequantize(frame_start.scene), torch.device("cpu"))
@@ -35,7 +35,7 @@ def test_the_surrogate_moves_a_scene_as_the_decoder_does(components):
 def test_the_gradient_of_an_anchor_is_the_sum_over_its_followers():
     header = StreamHeader(gaussians_per_anchor=3)
     frame_start = begin_frame(begin_canonical(header, 0, make_gaussians(header, 50)), 0)
-    binding_sums = BindingSums(frame_start.known_anchors, torch.device("cpu"))
+    binding_sums = BindingSums(frame_start.required_anchors, torch.device("cpu"))
     count = int(binding_sums.level_offsets[-1])
     leaf = torch.randn(count, 2, requires_grad=True)
     weights = torch.randn(50, 2)
@@ -44,7 +44,7 @@ def test_the_gradient_of_an_anchor_is_the_sum_over_its_followers():
 
     expected = torch.zeros(count, 2)
     for start, binding in zip(
-        binding_sums.level_offsets, frame_start.known_anchors.binding, strict=False
+        binding_sums.level_offsets, frame_start.required_anchors.binding, strict=False
     ):
         expected.index_add_(0, torch.from_numpy(binding) + start, weights)
     assert torch.allclose(leaf.grad, expected, atol=1e-5)

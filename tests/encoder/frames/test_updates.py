@@ -46,7 +46,7 @@ def _fit(state: State, settings: UpdateSettings | None = _UPDATES) -> FittedMoti
 def test_the_scene_in_training_equals_the_decoders():
     frame_start = begin_frame(_make_state(), 0)
     zero_symbols = [
-        np.zeros((6, level.owners.size), np.int64) for level in frame_start.known_anchors.levels
+        np.zeros((6, level.owners.size), np.int64) for level in frame_start.required_anchors.levels
     ]
     moved_state = move(frame_start, zero_symbols)
     attributes = from_splats(dequantize(moved_state.scene), _CPU)

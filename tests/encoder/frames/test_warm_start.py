@@ -34,7 +34,7 @@ def test_new_anchors_take_over_the_mean_of_the_nearest_three():
         previous, frame_start, MotionSettings(warm_start="anchors", momentum=1.0)
     )
 
-    old, new = previous.known_anchors.levels[0], frame_start.known_anchors.levels[0]
+    old, new = previous.required_anchors.levels[0], frame_start.required_anchors.levels[0]
     squared = ((new.positions[:, :, None] - old.positions[:, None]).astype(float) ** 2).sum(0)
     for index in range(new.owners.size):
         third_smallest = np.sort(squared[index])[2]
@@ -53,7 +53,7 @@ def test_a_common_motion_is_projected_onto_the_coarsest_level():
         previous, frame_start, MotionSettings(warm_start="projection", momentum=1.0)
     )
 
-    sizes = [level.owners.size for level in frame_start.known_anchors.levels]
+    sizes = [level.owners.size for level in frame_start.required_anchors.levels]
     assert start[-sizes[2] :].tolist() == [[1, 2, 3, 4, 5, 6]] * sizes[2]
     assert not start[: -sizes[2]].any()
 
