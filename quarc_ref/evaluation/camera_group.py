@@ -43,12 +43,14 @@ class CameraGroup:
         self._meters = [
             CameraMeter(find_background(capture, index), correction) for index in indices
         ]
-        self._measured: dict[str, list[Measures]] = {cameras[index].name: [] for index in indices}
+        self._metrics_by_camera: dict[str, list[Measures]] = {
+            cameras[index].name: [] for index in indices
+        }
 
     @property
     def quality(self) -> Quality:
         """The metrics of all frames measured so far."""
-        return Quality(self._measured, self.variants)
+        return Quality(self._metrics_by_camera, self.variants)
 
     @property
     def variants(self) -> dict[str, str]:
@@ -70,7 +72,7 @@ class CameraGroup:
             metrics = meter.measure(view)
             if self._lpips is not None:
                 metrics["lpips"] = self._lpips.measure(view.decoded, view.truth)
-            self._measured[view.camera].append(metrics)
+            self._metrics_by_camera[view.camera].append(metrics)
         return views
 
 

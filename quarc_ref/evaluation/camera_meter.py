@@ -94,13 +94,13 @@ class CameraMeter:
         return moving_mask & view.mask, ~moving_mask & view.mask
 
     def _measure_flicker(self, view: View, static_mask: Mask | None) -> Measures:
-        previous, self._previous = (
+        previous_view_and_mask, self._previous = (
             self._previous,
             None if static_mask is None else (view, static_mask),
         )
-        if previous is None or static_mask is None:
+        if previous_view_and_mask is None or static_mask is None:
             return {"flicker": None, "truth_flicker": None}
-        previous_view, previous_static_mask = previous
+        previous_view, previous_static_mask = previous_view_and_mask
         static_mask = static_mask & previous_static_mask
         return {
             "flicker": _measure_change(static_mask, view.decoded, previous_view.decoded),
@@ -115,8 +115,8 @@ def _measure_masked_psnr(mask: Mask | None, picture: Picture, truth: Picture) ->
     return measure_psnr(picture[mask], truth[mask])
 
 
-def _measure_change(mask: Mask, picture: Picture, previous: Picture) -> float | None:
+def _measure_change(mask: Mask, picture: Picture, previous_picture: Picture) -> float | None:
     """Return the mean absolute difference in 8-bit levels over a mask; None for an empty mask."""
     if not mask.any():
         return None
-    return 255 * float(np.abs(picture[mask] - previous[mask]).mean(dtype=np.float64))
+    return 255 * float(np.abs(picture[mask] - previous_picture[mask]).mean(dtype=np.float64))

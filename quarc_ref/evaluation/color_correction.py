@@ -42,7 +42,7 @@ def correct_color(picture: Picture, truth: Picture) -> Picture:
     colors, target = (image.reshape(-1, 3).astype(np.float64) for image in (picture, truth))
     colors_and_ones = np.column_stack((colors, np.ones(len(colors))))
     affine, *_ = np.linalg.lstsq(colors_and_ones.T @ colors_and_ones, colors_and_ones.T @ target)
-    return _clamp(colors_and_ones @ affine, picture)
+    return _clamp_to_picture(colors_and_ones @ affine, picture)
 
 
 def correct_gain(picture: Picture, truth: Picture) -> Picture:
@@ -57,10 +57,10 @@ def correct_gain(picture: Picture, truth: Picture) -> Picture:
     gains = np.divide(
         (colors * target).sum(axis=0), squared_sums, out=np.ones(3), where=squared_sums > 0
     )
-    return _clamp(colors * gains, picture)
+    return _clamp_to_picture(colors * gains, picture)
 
 
-def _clamp(colors: NDArray[np.float64], picture: Picture) -> Picture:
+def _clamp_to_picture(colors: NDArray[np.float64], picture: Picture) -> Picture:
     clamped: Picture = np.clip(colors, 0, 1).astype(np.float32).reshape(picture.shape)
     return clamped
 

@@ -76,19 +76,19 @@ def evaluate_stream(
     capture = open_same_capture(summary, folder, accept_other_capture=options.accept_other_capture)
     frames = _list_frames(summary, options.span)
     frame_count = len(frames)
-    group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
+    camera_group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
     shown_views = []
     for index, scene in enumerate(decode(data, *options.span)):
-        views = group.measure(dequantize(scene), scene.frame)
+        views = camera_group.measure(dequantize(scene), scene.frame)
         if index in {0, frame_count // 2, frame_count - 1}:
             shown_views.append(views[0])
         on_progress("evaluate", index + 1, frame_count)
     encoded_from = summary.metadata.get("fingerprint")
     protocol = replace(
         make_protocol(capture, summary.cameras, frame_count, summary.header.seed, encoded_from),
-        metrics=group.variants,
+        metrics=camera_group.variants,
     )
-    return Evaluation(summary, group.quality, frames, tuple(shown_views), protocol)
+    return Evaluation(summary, camera_group.quality, frames, tuple(shown_views), protocol)
 
 
 def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[int, ...]:

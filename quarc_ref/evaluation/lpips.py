@@ -68,13 +68,13 @@ class Lpips:
         if min(picture.shape[:2]) < _MIN_SIZE:
             message = f"LPIPS needs pictures of at least {_MIN_SIZE} x {_MIN_SIZE} pixels"
             raise ValueError(message)
-        stacked = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
+        picture_pair = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
         total = 0.0
         with torch.no_grad():
-            for index, features in enumerate(self._list_features(stacked)):
+            for index, features in enumerate(self._list_features(picture_pair)):
                 first, second = normalize(features, dim=1, eps=_EPSILON)
-                head = self._weights[f"lin{index}.model.1.weight"]
-                total += float(conv2d((first - second).square()[None], head).mean())
+                head_weights = self._weights[f"lin{index}.model.1.weight"]
+                total += float(conv2d((first - second).square()[None], head_weights).mean())
         return total
 
     def _list_features(self, pictures: Tensor) -> list[Tensor]:

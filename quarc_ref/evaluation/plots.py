@@ -100,16 +100,16 @@ def plot_coders(panels: Mapping[str, Mapping[str, float]]) -> bytes:
         panels: `{label of the y axis: {coder: size}}`; a panel may omit coders that do not
             apply to it.
     """
-    figure, rows = _make_figure(len(panels))
+    figure, axes_list = _make_figure(len(panels))
     coders = list(dict.fromkeys(coder for sizes in panels.values() for coder in sizes))
-    for axes, (label, sizes) in zip(rows, panels.items(), strict=True):
+    for axes, (label, sizes) in zip(axes_list, panels.items(), strict=True):
         bars = axes.bar(
             [coders.index(coder) for coder in sizes], list(sizes.values()), color=_BLUE, width=0.6
         )
         axes.bar_label(bars, fmt="%.3g", fontsize=8)
         axes.set_ylabel(label)
-        axes.tick_params(labelbottom=axes is rows[-1])
-    rows[-1].set_xticks(range(len(coders)), coders, rotation=30, ha="right", fontsize=8)
+        axes.tick_params(labelbottom=axes is axes_list[-1])
+    axes_list[-1].set_xticks(range(len(coders)), coders, rotation=30, ha="right", fontsize=8)
     return _encode_png(figure)
 
 
@@ -120,16 +120,16 @@ def plot_number_groups(panels: Mapping[str, Mapping[str, Sequence[float]]]) -> b
         panels: `{label of the y axis: {name of the group: numbers}}` with the same names in every
             panel.
     """
-    figure, rows = _make_figure(len(panels))
-    for axes, (label, groups) in zip(rows, panels.items(), strict=True):
+    figure, axes_list = _make_figure(len(panels))
+    for axes, (label, groups) in zip(axes_list, panels.items(), strict=True):
         for position, numbers in enumerate(groups.values()):
             axes.plot([position] * len(numbers), numbers, color=_BLUE, marker="o", linestyle="")
             if numbers:
                 axes.hlines(np.mean(numbers), position - 0.25, position + 0.25, color=_ORANGE)
         axes.set_ylabel(label)
-        axes.tick_params(labelbottom=axes is rows[-1])
+        axes.tick_params(labelbottom=axes is axes_list[-1])
     names = list(next(iter(panels.values())))
-    rows[-1].set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
+    axes_list[-1].set_xticks(range(len(names)), names, rotation=30, ha="right", fontsize=8)
     return _encode_png(figure)
 
 
@@ -174,8 +174,8 @@ def plot_curves(
         axis_label: Label of the common x axis.
         is_log2: Whether the x axis is logarithmic with base 2.
     """
-    figure, rows = _make_figure(len(panels))
-    for axes, (label, curves) in zip(rows, panels.items(), strict=True):
+    figure, axes_list = _make_figure(len(panels))
+    for axes, (label, curves) in zip(axes_list, panels.items(), strict=True):
         for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
             axes.plot(curve.x, curve.y, color=color, marker="o", markersize=3, label=name)
         axes.set_ylabel(label)
@@ -184,10 +184,10 @@ def plot_curves(
             axes.xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
         else:
             axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.tick_params(labelbottom=axes is rows[-1])
-    rows[-1].set_xlabel(axis_label)
+        axes.tick_params(labelbottom=axes is axes_list[-1])
+    axes_list[-1].set_xlabel(axis_label)
     if len(next(iter(panels.values()))) > 1:
-        _place_legend_above(rows[0])
+        _place_legend_above(axes_list[0])
     return _encode_png(figure)
 
 
@@ -199,20 +199,20 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> by
             total.
         axis_label: Label of the rate axis, which is logarithmic for a wide range of rates.
     """
-    figure, rows = _make_figure(len(panels), height=3.4)
-    for axes, (label, curves) in zip(rows, panels.items(), strict=True):
+    figure, axes_list = _make_figure(len(panels), height=3.4)
+    for axes, (label, curves) in zip(axes_list, panels.items(), strict=True):
         for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
             axes.plot(curve.x, curve.y, color=color, marker="o", markersize=4, label=name)
         axes.set_ylabel(label)
-        axes.tick_params(labelbottom=axes is rows[-1])
+        axes.tick_params(labelbottom=axes is axes_list[-1])
     rates = [rate for curves in panels.values() for curve in curves.values() for rate in curve.x]
     if max(rates) > _MIN_LOG_AXIS_RATIO * min(rates) > 0:
-        rows[-1].set_xscale("log")
-        rows[-1].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-        rows[-1].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-        rows[-1].minorticks_off()
-    rows[-1].set_xlabel(axis_label)
-    _place_legend_above(rows[0])
+        axes_list[-1].set_xscale("log")
+        axes_list[-1].xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+        axes_list[-1].xaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
+        axes_list[-1].minorticks_off()
+    axes_list[-1].set_xlabel(axis_label)
+    _place_legend_above(axes_list[0])
     return _encode_png(figure)
 
 
@@ -228,8 +228,10 @@ def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes
     axes.axhline(1000 / 30, color=_GRAY, linestyle="--", linewidth=1, label="30 frames per second")
     axes.set_xlabel("Gaussians")
     axes.set_ylabel("ms per frame")
-    counts = sorted({count for points in lines.values() for count, _ in points})
-    axes.set_xticks(counts, [f"{count:,}" for count in counts])
+    gaussian_counts = sorted(
+        {gaussian_count for points in lines.values() for gaussian_count, _ in points}
+    )
+    axes.set_xticks(gaussian_counts, [f"{gaussian_count:,}" for gaussian_count in gaussian_counts])
     axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes.minorticks_off()
@@ -253,15 +255,21 @@ def _compute_overhead_kilobytes(chunk_bytes: int, coded_bytes: dict[str, int]) -
     )
 
 
-def _make_figure(rows: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
-    figure = Figure(figsize=(8, height * rows + 0.6), layout="constrained")
-    first = figure.add_subplot(rows, 1, 1)
-    axes = [first, *(figure.add_subplot(rows, 1, row, sharex=first) for row in range(2, rows + 1))]
-    for row_axes in axes:
-        row_axes.spines[["top", "right"]].set_visible(False)
-        row_axes.grid(axis="y", color="#e3e7ec", linewidth=0.8)
-        row_axes.set_axisbelow(True)
-    return figure, axes
+def _make_figure(row_count: int, height: float = 2.6) -> tuple[Figure, list[Axes]]:
+    figure = Figure(figsize=(8, height * row_count + 0.6), layout="constrained")
+    first_axes = figure.add_subplot(row_count, 1, 1)
+    axes_list = [
+        first_axes,
+        *(
+            figure.add_subplot(row_count, 1, row, sharex=first_axes)
+            for row in range(2, row_count + 1)
+        ),
+    ]
+    for axes in axes_list:
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.grid(axis="y", color="#e3e7ec", linewidth=0.8)
+        axes.set_axisbelow(True)
+    return figure, axes_list
 
 
 def _place_legend_above(axes: Axes) -> None:

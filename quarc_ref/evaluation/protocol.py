@@ -49,7 +49,7 @@ class Protocol:
     metrics: dict[str, str]
 
     @property
-    def same_capture(self) -> bool | None:
+    def is_same_capture(self) -> bool | None:
         """Whether the stream comes from this capture; None if the stream has no fingerprint."""
         return None if self.encoded_from is None else self.encoded_from == self.fingerprint
 
@@ -70,7 +70,7 @@ class Protocol:
 
     def as_texts(self) -> dict[str, str]:
         """Return the protocol as readable texts by name."""
-        source_text = "this capture" if self.same_capture else self.encoded_from
+        source_text = "this capture" if self.is_same_capture else self.encoded_from
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",
             "encoded from": source_text or "unknown: the stream has no fingerprint",

@@ -67,11 +67,11 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
             f"{PSNR_VARIANT}. {SSIM_VARIANT}. 1 KB is 1024 bytes."
         ),
         "figures": _compose_key_figures(evaluation),
-        "cameras_table": _compose_cameras(evaluation.quality),
+        "cameras_table": _compose_cameras_table(evaluation.quality),
         "views": "".join(_compose_view(view, pictures) for view in evaluation.shown_views),
         "frames_plot": embed_png(pictures["frames.png"]),
         "kinds_plot": embed_png(pictures["bytes.png"]),
-        "bytes_table": _compose_bytes(summary),
+        "bytes_table": _compose_bytes_table(summary),
         "protocol": format_lines(evaluation.protocol.as_texts()),
         "settings": format_lines(summary.metadata),
     }
@@ -96,7 +96,7 @@ def _compose_key_figures(evaluation: Evaluation) -> str:
     )
 
 
-def _compose_cameras(quality: Quality) -> str:
+def _compose_cameras_table(quality: Quality) -> str:
     return format_table(["camera", *quality.headings()], quality.as_rows())
 
 
@@ -113,7 +113,7 @@ def _compose_view(view: View, pictures: dict[str, bytes]) -> str:
     return f'<figure><div class="views">{images}</div><figcaption>{caption}</figcaption></figure>'
 
 
-def _compose_bytes(summary: StreamSummary) -> str:
+def _compose_bytes_table(summary: StreamSummary) -> str:
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     rows = []
     for kind in (*KINDS, "overhead", "total"):

@@ -37,9 +37,9 @@ def render_band_pictures(sorted_projection: Projection, camera: Camera) -> Itera
         The rows of the picture, band by band.
     """
     full_band = make_full_band(camera)
-    band_height = max(1, MAX_BAND_PIXELS // (TILE * TILE * full_band.columns))
-    for top in range(0, full_band.bottom, band_height):
-        band = full_band._replace(top=top, bottom=min(top + band_height, full_band.bottom))
+    band_row_count = max(1, MAX_BAND_PIXELS // (TILE * TILE * full_band.columns))
+    for top in range(0, full_band.bottom, band_row_count):
+        band = full_band._replace(top=top, bottom=min(top + band_row_count, full_band.bottom))
         picture = make_blank_rows(camera, band.top * TILE, min(band.bottom * TILE, camera.height))
         _render_band(sorted_projection, band, picture)
         yield picture
@@ -70,10 +70,14 @@ def _cut_slices(pair_counts: Int32) -> Iterator[slice]:
     Args:
         pair_counts: `[N]` number of pairs of each Gaussian.
     """
-    cumulative_pairs = np.cumsum(pair_counts, dtype=np.int64)
-    start = listed_pairs = 0
+    cumulative_pair_counts = np.cumsum(pair_counts, dtype=np.int64)
+    start = listed_pair_count = 0
     while start < pair_counts.size:
-        stop = int(np.searchsorted(cumulative_pairs, listed_pairs + MAX_SLICE_PAIRS, side="right"))
+        stop = int(
+            np.searchsorted(
+                cumulative_pair_counts, listed_pair_count + MAX_SLICE_PAIRS, side="right"
+            )
+        )
         stop = max(start + 1, stop)
         yield slice(start, stop)
-        start, listed_pairs = stop, int(cumulative_pairs[stop - 1])
+        start, listed_pair_count = stop, int(cumulative_pair_counts[stop - 1])

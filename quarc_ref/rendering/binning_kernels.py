@@ -61,17 +61,17 @@ def _compute_ellipse(i, means2d, conics, max_exponents):
     """
     a, b, c = conics[i, 0], conics[i, 1], conics[i, 2]
     det = a * c - b * b
-    limit_a, limit_c = _2 * max_exponents[i] * a, _2 * max_exponents[i] * c
-    inverse = _1 / det
-    half_width, half_height = math.sqrt(limit_c * inverse), math.sqrt(limit_a * inverse)
+    two_e_a, two_e_c = _2 * max_exponents[i] * a, _2 * max_exponents[i] * c
+    inverse_det = _1 / det
+    half_width, half_height = math.sqrt(two_e_c * inverse_det), math.sqrt(two_e_a * inverse_det)
     return (
         means2d[i, 0],
         means2d[i, 1],
         b,
         _1 / a,
         _1 / c,
-        limit_a,
-        limit_c,
+        two_e_a,
+        two_e_c,
         det,
         half_width,
         half_height,
@@ -80,7 +80,15 @@ def _compute_ellipse(i, means2d, conics, max_exponents):
 
 @kernel
 def _compute_extent(
-    b, inverse, limit, det, half_extent, other_half_extent, turning_point, low, high
+    b,
+    inverse_coefficient,
+    two_e_coefficient,
+    det,
+    half_extent,
+    other_half_extent,
+    turning_point,
+    low,
+    high,
 ):
     """Return the extent of an ellipse along one axis within a range of the other axis.
 
@@ -89,8 +97,9 @@ def _compute_extent(
 
     Args:
         b: Coefficient b of the conic.
-        inverse: Reciprocal of the conic's coefficient for the axis.
-        limit: Twice the maximum exponent, multiplied by the conic's coefficient for the axis.
+        inverse_coefficient: Reciprocal of the conic's coefficient for the axis.
+        two_e_coefficient: Twice the maximum exponent e, multiplied by the conic's coefficient for
+            the axis.
         det: Determinant of the conic.
         half_extent: Half of the ellipse's extent along the axis.
         other_half_extent: Half of the ellipse's extent along the other axis.
@@ -105,12 +114,16 @@ def _compute_extent(
         position = min(
             max(low if turning_point < low else high, -other_half_extent), other_half_extent
         )
-        end = (math.sqrt(max(_0, limit - det * position * position)) - b * position) * inverse
+        end = (
+            math.sqrt(max(_0, two_e_coefficient - det * position * position)) - b * position
+        ) * inverse_coefficient
     if not low <= -turning_point <= high:
         position = min(
             max(low if -turning_point < low else high, -other_half_extent), other_half_extent
         )
-        begin = (-math.sqrt(max(_0, limit - det * position * position)) - b * position) * inverse
+        begin = (
+            -math.sqrt(max(_0, two_e_coefficient - det * position * position)) - b * position
+        ) * inverse_coefficient
     return begin, end
 
 
@@ -122,12 +135,12 @@ def _clamp(value, low, high):
 @kernel
 def _find_tile_columns(row, ellipse, columns):
     """Return the first and end tile column (exclusive) that an ellipse intersects in a tile row."""
-    x, y, b, inverse_a, inverse_c, limit_a, _, det, half_width, half_height = ellipse
+    x, y, b, inverse_a, inverse_c, two_e_a, _, det, half_width, half_height = ellipse
     low = np.float32(row * TILE) + _HALF - y
     begin, end = _compute_extent(
         b,
         inverse_a,
-        limit_a,
+        two_e_a,
         det,
         half_width,
         half_height,
@@ -145,12 +158,12 @@ def _find_tile_columns(row, ellipse, columns):
 @kernel
 def _find_pixel_rows(row, column, ellipse):
     """Return the first and the end pixel row (exclusive) that an ellipse intersects in a tile."""
-    x, y, b, inverse_a, inverse_c, _, limit_c, det, half_width, half_height = ellipse
+    x, y, b, inverse_a, inverse_c, _, two_e_c, det, half_width, half_height = ellipse
     low = np.float32(column * TILE) + _HALF - x
     begin, end = _compute_extent(
         b,
         inverse_c,
-        limit_c,
+        two_e_c,
         det,
         half_height,
         half_width,
@@ -238,14 +251,14 @@ def fill_tiles(order, pair_starts, tiles, pixel_rows, tile_count):
     for tile in tiles:
         list_starts[tile + 1] += 1
     list_starts = np.cumsum(list_starts)
-    ends = list_starts[:-1].copy()
+    next_positions = list_starts[:-1].copy()
     lists = np.empty(tiles.size, dtype=np.int32)
     listed_pixel_rows = np.empty_like(pixel_rows)
     positions = np.empty(tiles.size, dtype=np.int32)
     for i in order:
         for pair in range(pair_starts[i], pair_starts[i + 1]):
-            position = ends[tiles[pair]]
-            ends[tiles[pair]] = position + 1
+            position = next_positions[tiles[pair]]
+            next_positions[tiles[pair]] = position + 1
             lists[position] = i
             listed_pixel_rows[position, 0], listed_pixel_rows[position, 1] = (
                 pixel_rows[pair, 0],

@@ -37,10 +37,10 @@ def _blend_fixed_gaussian(rows, first, end, dx, dy, conic, opacity, color):
         for x in range(TILE):
             d = dx + np.float32(x)
             t, remaining = row[x], row[TILE + x]
-            colors = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
-            value = colors + row[5 * TILE + x]
+            color_term = r * row[2 * TILE + x] + g * row[3 * TILE + x] + b_ * row[4 * TILE + x]
+            weight_gradient = color_term + row[5 * TILE + x]
             _, _, w, row[x] = compute_blend((a * d + linear) * d + constant, opacity, t)
-            row[TILE + x] = remaining - w * value
+            row[TILE + x] = remaining - w * weight_gradient
 
 
 @fused_kernel
@@ -71,14 +71,14 @@ def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums)
             d = dx + np.float32(x)
             t, remaining = row[x], row[TILE + x]
             g_red, g_green, g_blue = row[2 * TILE + x], row[3 * TILE + x], row[4 * TILE + x]
-            value = r * g_red + g * g_green + b_ * g_blue + row[5 * TILE + x]
+            weight_gradient = r * g_red + g * g_green + b_ * g_blue + row[5 * TILE + x]
             s = (a * d + linear) * d + constant
             alpha, is_blended, w, row[x] = compute_blend(s, opacity, t)
-            remaining = remaining - w * value
+            remaining = remaining - w * weight_gradient
             row[TILE + x] = remaining
-            # q is the gradient of the exponent; the gradient of alpha is t value - remaining /
-            # (1 - alpha).
-            q = alpha * remaining / (_1 - alpha) - w * value
+            # q is the gradient of the exponent; the gradient of alpha is
+            # t weight_gradient - remaining / (1 - alpha).
+            q = alpha * remaining / (_1 - alpha) - w * weight_gradient
             q = q if is_blended & (alpha < MAX_ALPHA) else _0
             qe = q * e
             column_sums[x] += q
@@ -90,7 +90,7 @@ def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums)
 
 
 @fused_kernel
-def _finish_gradients(column_sums, dx, conic, opacity, pair):
+def _finish_gradients(column_sums, dx, conic, opacity, gradients):
     """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
     for x in range(TILE):
@@ -99,19 +99,29 @@ def _finish_gradients(column_sums, dx, conic, opacity, pair):
         column_sums[7 * TILE + x] = column_sums[x] * d * d
         column_sums[8 * TILE + x] = column_sums[TILE + x] * d
     sx, sy = _sum_columns(column_sums, 6), _sum_columns(column_sums, 1)
-    pair[8] = -_sum_columns(column_sums, 0) / opacity
-    pair[0] = -_2 * a * sx - b * sy
-    pair[1] = -_2 * c * sy - b * sx
-    pair[2] = _HALF * _sum_columns(column_sums, 7)
-    pair[3] = _sum_columns(column_sums, 8)
-    pair[4] = _HALF * _sum_columns(column_sums, 2)
+    gradients[8] = -_sum_columns(column_sums, 0) / opacity
+    gradients[0] = -_2 * a * sx - b * sy
+    gradients[1] = -_2 * c * sy - b * sx
+    gradients[2] = _HALF * _sum_columns(column_sums, 7)
+    gradients[3] = _sum_columns(column_sums, 8)
+    gradients[4] = _HALF * _sum_columns(column_sums, 2)
     for k in range(3):
-        pair[5 + k] = _sum_columns(column_sums, 3 + k)
+        gradients[5 + k] = _sum_columns(column_sums, 3 + k)
 
 
 @fused_kernel
 def _composite_backward(
-    x0, y0, indices, pixel_rows, fixed_count, means2d, conics, colors, opacities, rows, pairs
+    x0,
+    y0,
+    indices,
+    pixel_rows,
+    fixed_count,
+    means2d,
+    conics,
+    colors,
+    opacities,
+    rows,
+    pair_gradients,
 ):
     """Compute the gradients of a tile's pairs; the rows of fixed Gaussians remain undefined.
 
@@ -123,7 +133,7 @@ def _composite_backward(
         fixed_count: Number of fixed Gaussians, which have the lowest indices and no gradients.
         rows: `[TILE, 6 TILE]` state of each row: the transmittance, initially 1; the remaining
             color, weighted by the gradient; the gradients of red, green, blue and alpha.
-        pairs: `[n, 9]` output: gradients of mean (2), conic (3), color (3), opacity (1).
+        pair_gradients: `[n, 9]` output: gradients of mean (2), conic (3), color (3), opacity (1).
     """
     column_sums = np.empty(9 * TILE, dtype=np.float32)
     entry_count = indices.size
@@ -131,7 +141,7 @@ def _composite_backward(
         entry_count -= 1
     for k in range(entry_count):
         if k % OPACITY_CHECK_INTERVAL == 0 and is_tile_opaque(rows):
-            pairs[k:] = _0
+            pair_gradients[k:] = _0
             break
         i = indices[k]
         first, end = pixel_rows[k, 0], pixel_rows[k, 1]
@@ -143,7 +153,7 @@ def _composite_backward(
         else:
             column_sums[:] = _0
             _add_gradients(rows, first, end, dx, dy, conic, opacities[i], color, column_sums)
-            _finish_gradients(column_sums, dx, conic, opacities[i], pairs[k])
+            _finish_gradients(column_sums, dx, conic, opacities[i], pair_gradients[k])
 
 
 @kernel
@@ -159,7 +169,7 @@ def _sum_columns(column_sums, k):
 
 @parallel_kernel
 def raster_backward(
-    means2d, conics, colors, opacities, tile_ids, list_starts, lists, pair_rows, fixed_count,
+    means2d, conics, colors, opacities, tile_ids, list_starts, lists, pixel_rows, fixed_count,
     image, transmittance, g_image, g_alpha,
 ):  # fmt: skip
     """Return the `[P, 9]` gradients of the pairs: mean (2), conic (3), color (3), opacity (1).
@@ -167,38 +177,40 @@ def raster_backward(
     Rows of the first `fixed_count` Gaussians are undefined.
     """
     height, width = transmittance.shape
-    tiles_x = -(-width // TILE)
-    pairs = np.empty((lists.size, 9), dtype=np.float32)
+    columns = -(-width // TILE)
+    pair_gradients = np.empty((lists.size, 9), dtype=np.float32)
     stride = choose_scatter_stride(tile_ids.size)
     for index in numba.prange(tile_ids.size):
         tile = index * stride % tile_ids.size
-        row, column = tile_ids[tile] // tiles_x * TILE, tile_ids[tile] % tiles_x * TILE
+        tile_top, tile_left = tile_ids[tile] // columns * TILE, tile_ids[tile] % columns * TILE
         rows = np.zeros((TILE, 6 * TILE), dtype=np.float32)
-        for y in range(min(TILE, height - row)):
-            for x in range(min(TILE, width - column)):
+        for y in range(min(TILE, height - tile_top)):
+            for x in range(min(TILE, width - tile_left)):
                 rows[y, x] = _1
-                g = g_alpha[row + y, column + x]
+                g = g_alpha[tile_top + y, tile_left + x]
                 rows[y, 5 * TILE + x] = g
-                rows[y, TILE + x] = g * (_1 - abs(transmittance[row + y, column + x]))
+                rows[y, TILE + x] = g * (_1 - abs(transmittance[tile_top + y, tile_left + x]))
                 for k in range(3):
-                    g = g_image[row + y, column + x, k]
+                    g = g_image[tile_top + y, tile_left + x, k]
                     rows[y, (2 + k) * TILE + x] = g
-                    rows[y, TILE + x] += g * image[row + y, column + x, k]
+                    rows[y, TILE + x] += g * image[tile_top + y, tile_left + x, k]
         begin, end = list_starts[tile], list_starts[tile + 1]
         _composite_backward(
-            np.float32(column), np.float32(row), lists[begin:end], pair_rows[begin:end],
-            fixed_count, means2d, conics, colors, opacities, rows, pairs[begin:end],
+            np.float32(tile_left), np.float32(tile_top), lists[begin:end], pixel_rows[begin:end],
+            fixed_count, means2d, conics, colors, opacities, rows, pair_gradients[begin:end],
         )  # fmt: skip
-    return pairs
+    return pair_gradients
 
 
 @parallel_kernel
-def sum_pair_gradients(pairs, starts, pair_positions, g_means2d, g_conics, g_colors, g_opacities):
+def sum_pair_gradients(
+    pair_gradients, pair_starts, pair_positions, g_means2d, g_conics, g_colors, g_opacities
+):
     """Sum the gradients of each Gaussian's pairs in the order of its tiles."""
     for i in numba.prange(g_opacities.size):
         total = np.zeros(9, dtype=np.float32)
-        for pair in range(starts[i], starts[i + 1]):
-            total += pairs[pair_positions[pair]]
+        for pair in range(pair_starts[i], pair_starts[i + 1]):
+            total += pair_gradients[pair_positions[pair]]
         g_means2d[i, 0], g_means2d[i, 1] = total[0], total[1]
         for k in range(3):
             g_conics[i, k], g_colors[i, k] = total[2 + k], total[5 + k]

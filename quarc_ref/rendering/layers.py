@@ -76,7 +76,7 @@ def join_layer(
         added_projection.radii,
     )
     with KERNEL_LOCK:
-        tile_ids, list_starts, lists, rows, merged_positions = merging_kernels.merge_tiles(
+        tile_ids, list_starts, lists, pixel_rows, merged_positions = merging_kernels.merge_tiles(
             layer.tiles.list_starts, layer.tiles.lists, layer.tiles.pixel_rows,
             fixed_projection.depths,
             added_tiles.list_starts, added_tiles.lists, added_tiles.pixel_rows,
@@ -86,7 +86,7 @@ def join_layer(
         tile_ids,
         list_starts,
         lists,
-        rows,
+        pixel_rows,
         added_tiles.pair_starts,
         merged_positions[added_tiles.pair_positions],
     )

@@ -79,10 +79,10 @@ def make_full_band(camera: Camera) -> Band:
 def count_pairs(projection: Projection, band: Band) -> Int32:
     """Return the `[N]` number of tiles of a band that each Gaussian intersects."""
     with KERNEL_LOCK:
-        counts: Int32 = binning_kernels.count_tiles(
+        pair_counts: Int32 = binning_kernels.count_tiles(
             projection.means2d, projection.conics, projection.max_exponents, tuple(band)
         )
-    return counts
+    return pair_counts
 
 
 def sort_by_depth(projection: Projection) -> Int32:
@@ -98,17 +98,19 @@ def bin_tiles(camera: Camera, projection: Projection) -> Tiles:
     return bin_band(projection, sort_by_depth(projection), band, count_pairs(projection, band))
 
 
-def bin_band(projection: Projection, order: Int32, band: Band, counts: Int32) -> Tiles:
+def bin_band(projection: Projection, order: Int32, band: Band, pair_counts: Int32) -> Tiles:
     """List the Gaussians of every tile of a band.
 
     Args:
         projection: Projected Gaussians.
         order: Indices of visible Gaussians, nearest first.
         band: The band.
-        counts: `[N]` result of `count_pairs`.
+        pair_counts: `[N]` result of `count_pairs`.
     """
     means2d, conics, max_exponents = projection.means2d, projection.conics, projection.max_exponents
-    pair_starts = np.concatenate([np.zeros(1, dtype=np.int64), np.cumsum(counts, dtype=np.int64)])
+    pair_starts = np.concatenate(
+        [np.zeros(1, dtype=np.int64), np.cumsum(pair_counts, dtype=np.int64)]
+    )
     first_tile, end_tile = band.top * band.columns, band.bottom * band.columns
     with KERNEL_LOCK:
         tiles, pixel_rows = binning_kernels.list_tiles(
@@ -134,8 +136,8 @@ def make_blank_picture(camera: Camera) -> Picture:
 
 def make_blank_rows(camera: Camera, top: int, bottom: int) -> Picture:
     """Return blank rows `top` to `bottom` - 1 of a camera's picture."""
-    size = (bottom - top, camera.width)
-    return Picture(np.zeros((*size, 3), dtype=np.float32), np.ones(size, dtype=np.float32), top)
+    shape = (bottom - top, camera.width)
+    return Picture(np.zeros((*shape, 3), dtype=np.float32), np.ones(shape, dtype=np.float32), top)
 
 
 def composite(

@@ -24,7 +24,7 @@ from quarc_ref.rendering.matrix_kernels import (
 
 LOW_PASS = np.float32(0.3)
 MIN_ALPHA = np.float32(1 / 255)
-MARGIN_FRACTION = np.float32(0.15)  # relative to the picture size
+SLOPE_MARGIN_FRACTION = np.float32(0.15)  # relative to the picture size
 SH_C0 = np.float32(0.28209479177387814)
 SH_C1 = np.float32(0.4886025119029199)
 _0 = np.float32(0)
@@ -122,8 +122,8 @@ def _overlaps_range(center, extent, size):
 def _rotation_matrix(quaternions, i):
     """Return the rotation matrix of a quaternion, which is normalized first."""
     w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
-    inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
-    w, x, y, z = w * inverse, x * inverse, y * inverse, z * inverse
+    inverse_length = _1 / math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w * inverse_length, x * inverse_length, y * inverse_length, z * inverse_length
     return (
         _1 - _2 * (y * y + z * z), _2 * (x * y - w * z), _2 * (x * z + w * y),
         _2 * (x * y + w * z), _1 - _2 * (x * x + z * z), _2 * (y * z - w * x),
@@ -134,11 +134,11 @@ def _rotation_matrix(quaternions, i):
 @kernel
 def _clamp_slopes(camera, x, y, z):
     """Return x/z and y/z, clamped for the Jacobian, and whether each of them is unchanged."""
-    low = -(camera[14] + MARGIN_FRACTION * camera[16]) / camera[12]
-    high = (camera[16] - camera[14] + MARGIN_FRACTION * camera[16]) / camera[12]
+    low = -(camera[14] + SLOPE_MARGIN_FRACTION * camera[16]) / camera[12]
+    high = (camera[16] - camera[14] + SLOPE_MARGIN_FRACTION * camera[16]) / camera[12]
     slope_x = min(max(x / z, low), high)
-    low = -(camera[15] + MARGIN_FRACTION * camera[17]) / camera[13]
-    high = (camera[17] - camera[15] + MARGIN_FRACTION * camera[17]) / camera[13]
+    low = -(camera[15] + SLOPE_MARGIN_FRACTION * camera[17]) / camera[13]
+    high = (camera[17] - camera[15] + SLOPE_MARGIN_FRACTION * camera[17]) / camera[13]
     slope_y = min(max(y / z, low), high)
     return slope_x, slope_y, slope_x == x / z, slope_y == y / z
 
@@ -186,8 +186,8 @@ def _covariance_backward(
     a = u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS
     b = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
     c = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + LOW_PASS
-    inverse = _1 / (a * c - b * b)
-    ca, cb, cc = c * inverse, -b * inverse, a * inverse
+    inverse_det = _1 / (a * c - b * b)
+    ca, cb, cc = c * inverse_det, -b * inverse_det, a * inverse_det
     ga, gb, gc = g_conics[i, 0], g_conics[i, 1], g_conics[i, 2]
     # The gradient of the covariance, the inverse of the conic, is -conic G conic. G is symmetric,
     # with gb / 2 off the diagonal.
@@ -236,39 +236,39 @@ def _project_axes_backward(camera, rotation, quaternions, scales, i, g_m, g_quat
         world_gradient[6] * sx, world_gradient[7] * sy, world_gradient[8] * sz,
     )  # fmt: skip
     w, x, y, z = quaternions[i, 0], quaternions[i, 1], quaternions[i, 2], quaternions[i, 3]
-    inverse = _1 / math.sqrt(w * w + x * x + y * y + z * z)
-    w, x, y, z = w * inverse, x * inverse, y * inverse, z * inverse
+    inverse_length = _1 / math.sqrt(w * w + x * x + y * y + z * z)
+    w, x, y, z = w * inverse_length, x * inverse_length, y * inverse_length, z * inverse_length
     gw = _2 * (x * (g[7] - g[5]) + y * (g[2] - g[6]) + z * (g[3] - g[1]))
     gx = _2 * (y * (g[1] + g[3]) + z * (g[2] + g[6]) + w * (g[7] - g[5]) - _2 * x * (g[4] + g[8]))
     gy = _2 * (x * (g[1] + g[3]) + z * (g[5] + g[7]) + w * (g[2] - g[6]) - _2 * y * (g[0] + g[8]))
     gz = _2 * (x * (g[2] + g[6]) + y * (g[5] + g[7]) + w * (g[3] - g[1]) - _2 * z * (g[0] + g[4]))
     radial = gw * w + gx * x + gy * y + gz * z
-    g_quaternions[i, 0] = (gw - radial * w) * inverse
-    g_quaternions[i, 1] = (gx - radial * x) * inverse
-    g_quaternions[i, 2] = (gy - radial * y) * inverse
-    g_quaternions[i, 3] = (gz - radial * z) * inverse
+    g_quaternions[i, 0] = (gw - radial * w) * inverse_length
+    g_quaternions[i, 1] = (gx - radial * x) * inverse_length
+    g_quaternions[i, 2] = (gy - radial * y) * inverse_length
+    g_quaternions[i, 3] = (gz - radial * z) * inverse_length
 
 
 @kernel
 def _viewing_direction(camera, means, i):
     x, y, z = means[i, 0] - camera[19], means[i, 1] - camera[20], means[i, 2] - camera[21]
-    inverse = _1 / math.sqrt(x * x + y * y + z * z)
-    return x * inverse, y * inverse, z * inverse, inverse
+    inverse_length = _1 / math.sqrt(x * x + y * y + z * z)
+    return x * inverse_length, y * inverse_length, z * inverse_length, inverse_length
 
 
 @kernel
 def _shade(camera, means, sh, colors, i):
     x, y, z, _ = _viewing_direction(camera, means, i)
     for k in range(3):
-        linear = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
-        color = SH_C0 * sh[i, 0, k] + SH_C1 * linear + _HALF
+        degree_1_sum = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
+        color = SH_C0 * sh[i, 0, k] + SH_C1 * degree_1_sum + _HALF
         colors[i, k] = _0 if color < _0 else color  # preserves NaN
 
 
 @kernel
 def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
     """Store the gradient of SH; return the gradient of the mean through the viewing direction."""
-    x, y, z, inverse = _viewing_direction(camera, means, i)
+    x, y, z, inverse_distance = _viewing_direction(camera, means, i)
     gx, gy, gz = _0, _0, _0
     for k in range(3):
         g = g_colors[i, k] if colors[i, k] > _0 else _0
@@ -279,4 +279,8 @@ def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
         gy -= g * sh[i, 1, k]
         gz += g * sh[i, 2, k]
     radial = gx * x + gy * y + gz * z
-    return (gx - radial * x) * inverse, (gy - radial * y) * inverse, (gz - radial * z) * inverse
+    return (
+        (gx - radial * x) * inverse_distance,
+        (gy - radial * y) * inverse_distance,
+        (gz - radial * z) * inverse_distance,
+    )

@@ -52,8 +52,8 @@ def compute_blend(s, opacity, t):
     w = alpha * t
     new_t = t - w
     is_blended = is_drawn & (new_t > MIN_TRANSMITTANCE)
-    unchanged_t = -abs(t) if is_drawn else t
-    return alpha, is_blended, w if is_blended else _0, new_t if is_blended else unchanged_t
+    unblended_t = -abs(t) if is_drawn else t
+    return alpha, is_blended, w if is_blended else _0, new_t if is_blended else unblended_t
 
 
 @kernel
@@ -96,34 +96,35 @@ def _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, 
 
 
 @kernel
-def choose_scatter_stride(count):
-    """Return a stride with which all `count` tiles are visited in a scattered order.
+def choose_scatter_stride(tile_count):
+    """Return a stride with which all `tile_count` tiles are visited in a scattered order.
 
     Each thread processes consecutive indices. If these were neighboring tiles, some threads
     would have much more work than others.
     """
-    stride = int(_GOLDEN_RATIO * count) + 1
-    while math.gcd(stride, count) > 1:
+    stride = int(_GOLDEN_RATIO * tile_count) + 1
+    while math.gcd(stride, tile_count) > 1:
         stride += 1
     return stride
 
 
 @kernel
-def _load_rows(rows, image, transmittance, row, column):
+def _load_rows(rows, image, transmittance, first_row, first_column):
     """Load the rows of a tile from the picture, which already contains the earlier slices."""
     height, width = transmittance.shape
     rows[:, :TILE] = -_1  # pixels outside the picture are opaque
-    for y in range(min(TILE, height - row)):
-        for x in range(min(TILE, width - column)):
-            rows[y, x] = transmittance[row + y, column + x]
+    for y in range(min(TILE, height - first_row)):
+        for x in range(min(TILE, width - first_column)):
+            rows[y, x] = transmittance[first_row + y, first_column + x]
             for k in range(3):
-                rows[y, (1 + k) * TILE + x] = image[row + y, column + x, k]
+                rows[y, (1 + k) * TILE + x] = image[first_row + y, first_column + x, k]
 
 
 @parallel_kernel
 def raster_forward(
     means2d, conics, colors, opacities,
-    tile_ids, list_starts, lists, pair_rows, background, is_continuation, top, image, transmittance,
+    tile_ids, list_starts, lists, pixel_rows,
+    background, is_continuation, top, image, transmittance,
 ):  # fmt: skip
     """Composite tiles into image [H,W,3] and transmittance [H,W] (negative if opaque).
 
@@ -132,24 +133,24 @@ def raster_forward(
     content, and the background must be black.
     """
     height, width = transmittance.shape
-    tiles_x = -(-width // TILE)
+    columns = -(-width // TILE)
     stride = choose_scatter_stride(tile_ids.size)
     for index in numba.prange(tile_ids.size):
         tile = index * stride % tile_ids.size
-        row, column = tile_ids[tile] // tiles_x * TILE, tile_ids[tile] % tiles_x * TILE
+        tile_top, tile_left = tile_ids[tile] // columns * TILE, tile_ids[tile] % columns * TILE
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
-        first = row - top
+        first_row = tile_top - top
         if is_continuation:
-            _load_rows(rows, image, transmittance, first, column)
+            _load_rows(rows, image, transmittance, first_row, tile_left)
         begin, end = list_starts[tile], list_starts[tile + 1]
-        indices, pixel_rows = lists[begin:end], pair_rows[begin:end]
-        x0, y0 = np.float32(column), np.float32(row)
-        _composite(x0, y0, indices, pixel_rows, means2d, conics, colors, opacities, rows)
-        for y in range(min(TILE, height - first)):
-            for x in range(min(TILE, width - column)):
+        indices, tile_pixel_rows = lists[begin:end], pixel_rows[begin:end]
+        x0, y0 = np.float32(tile_left), np.float32(tile_top)
+        _composite(x0, y0, indices, tile_pixel_rows, means2d, conics, colors, opacities, rows)
+        for y in range(min(TILE, height - first_row)):
+            for x in range(min(TILE, width - tile_left)):
                 t = rows[y, x]
-                transmittance[first + y, column + x] = t
+                transmittance[first_row + y, tile_left + x] = t
                 for k in range(3):
                     color = rows[y, (1 + k) * TILE + x]
-                    image[first + y, column + x, k] = color + abs(t) * background[k]
+                    image[first_row + y, tile_left + x, k] = color + abs(t) * background[k]

@@ -13,7 +13,7 @@ from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, 
 
 _TILE = 16
 _LOW_PASS = 0.3
-_MARGIN_FRACTION = 0.15
+_SLOPE_MARGIN_FRACTION = 0.15
 _MIN_ALPHA = 1 / 255
 _MIN_TRANSMITTANCE = 1e-4
 _SH_C0 = 0.28209479177387814
@@ -85,8 +85,8 @@ def _project_covariances(
 
 
 def _clamp_slope(slope: Tensor, center: float, focal: float, size: int) -> Tensor:
-    low = -(center + _MARGIN_FRACTION * size) / focal
-    return slope.clamp(low, (size - center + _MARGIN_FRACTION * size) / focal)
+    low = -(center + _SLOPE_MARGIN_FRACTION * size) / focal
+    return slope.clamp(low, (size - center + _SLOPE_MARGIN_FRACTION * size) / focal)
 
 
 def _rotation_matrices(quaternions: Tensor) -> Tensor:

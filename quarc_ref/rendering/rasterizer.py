@@ -119,11 +119,11 @@ class JoinedBackdrop:
 
     def render(self, added: Gaussians) -> Rendering:
         """See `Backdrop.render`."""
-        pairs = zip(self._gaussians.tensors(), added.tensors(), strict=True)
+        tensor_pairs = zip(self._gaussians.tensors(), added.tensors(), strict=True)
         all_gaussians = Gaussians(
             *(
                 torch.cat([fixed_tensor.detach(), added_tensor])
-                for fixed_tensor, added_tensor in pairs
+                for fixed_tensor, added_tensor in tensor_pairs
             )
         )
         return self._rasterizer.render(all_gaussians, self._camera, self._background)

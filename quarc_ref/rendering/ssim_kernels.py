@@ -60,9 +60,9 @@ def _filter_moments_along_y(picture, y, sums):
     start, stop = 3 * RADIUS, 3 * RADIUS + picture.shape[1]
     a, aa = sums[0][start:stop], sums[1][start:stop]
     for k in range(max(0, RADIUS - y), min(2 * RADIUS + 1, picture.shape[0] + RADIUS - y)):
-        tap, p = WINDOW[k], picture[y + k - RADIUS]
-        _add_scaled(a, tap, p)
-        _add_scaled_product(aa, tap, p, p)
+        tap, picture_row = WINDOW[k], picture[y + k - RADIUS]
+        _add_scaled(a, tap, picture_row)
+        _add_scaled_product(aa, tap, picture_row, picture_row)
 
 
 @fused_kernel
@@ -97,25 +97,38 @@ def _compute_ssim_row(rows, block):
         for k in range(5):
             _copy(rows[k][start : start + size], block[k * BLOCK_SIZE : (k + 1) * BLOCK_SIZE])
         for x in range(BLOCK_SIZE):
-            m, n = block[x], block[3 * BLOCK_SIZE + x]
-            mm, nn, mn = m * m, n * n, m * n
-            numerator_1, numerator_2 = _2 * mn + _C1, _2 * (block[2 * BLOCK_SIZE + x] - mn) + _C2
-            denominator_1 = mm + nn + _C1
-            denominator_2 = block[BLOCK_SIZE + x] - mm + block[4 * BLOCK_SIZE + x] - nn + _C2
+            mean_a, mean_b = block[x], block[3 * BLOCK_SIZE + x]
+            mean_a_squared, mean_b_squared, mean_product = (
+                mean_a * mean_a,
+                mean_b * mean_b,
+                mean_a * mean_b,
+            )
+            numerator_1, numerator_2 = (
+                _2 * mean_product + _C1,
+                _2 * (block[2 * BLOCK_SIZE + x] - mean_product) + _C2,
+            )
+            denominator_1 = mean_a_squared + mean_b_squared + _C1
+            denominator_2 = (
+                block[BLOCK_SIZE + x]
+                - mean_a_squared
+                + block[4 * BLOCK_SIZE + x]
+                - mean_b_squared
+                + _C2
+            )
             inverse_denominator = _1 / (denominator_1 * denominator_2)
-            value = numerator_1 * numerator_2 * inverse_denominator
+            ssim = numerator_1 * numerator_2 * inverse_denominator
             derivative_ab = _2 * numerator_1 * inverse_denominator
-            derivative_aa = -value * denominator_1 * inverse_denominator
+            derivative_aa = -ssim * denominator_1 * inverse_denominator
             derivative_a = (
                 _2
                 * (
-                    n * numerator_2 * inverse_denominator
-                    - m * value * denominator_2 * inverse_denominator
-                    - m * derivative_aa
+                    mean_b * numerator_2 * inverse_denominator
+                    - mean_a * ssim * denominator_2 * inverse_denominator
+                    - mean_a * derivative_aa
                 )
-                - n * derivative_ab
+                - mean_b * derivative_ab
             )
-            block[x] = value
+            block[x] = ssim
             block[BLOCK_SIZE + x] = derivative_a
             block[2 * BLOCK_SIZE + x] = derivative_aa
             block[3 * BLOCK_SIZE + x] = derivative_ab

@@ -44,7 +44,7 @@ def test_the_capture_that_a_stream_names_is_compared(folder, capture):
 
     assert measured.encoded_from == capture.fingerprint
     assert measured.as_texts()["encoded from"] == "this capture"
-    assert measured.same_capture is True
+    assert measured.is_same_capture is True
 
 
 def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture):
@@ -61,14 +61,14 @@ def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture
         "f" * 64,
     )
     assert measured.encoded_from == measured.as_texts()["encoded from"] == "f" * 64
-    assert measured.same_capture is False
+    assert measured.is_same_capture is False
 
 
 def test_a_stream_that_names_no_capture_is_reported(capture):
     protocol = make_protocol(capture, capture.cameras, 4, 0, None)
 
     assert protocol.as_texts()["encoded from"] == "unknown: the stream has no fingerprint"
-    assert protocol.same_capture is None
+    assert protocol.is_same_capture is None
 
 
 def test_the_page_shows_the_protocol(evaluation, capture, tmp_path):

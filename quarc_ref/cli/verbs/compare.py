@@ -199,7 +199,9 @@ def _print_result(
         report = {} if page is None else {"report": str(page)}
         print_json("compare/1", {**tables.as_json(comparison, summary), **report})
         return
-    title = f"Against {comparison.truth}: {format_count(len(comparison.frames), 'frame')}"
+    title = (
+        f"Against {comparison.truth_description}: {format_count(len(comparison.frames), 'frame')}"
+    )
     headings = [f"<{heading}" if heading in ("entry", "is") else heading
                 for heading in tables.list_point_headings(summary)]  # fmt: skip
     print_columns(title, headings, tables.format_point_rows(summary))

@@ -93,12 +93,12 @@ def _convert_mismatch_errors(file: str, *, as_json: bool) -> Iterator[None]:
 
 
 def _warn_about_other_capture(protocol: "Protocol") -> None:
-    if protocol.same_capture is None:
+    if protocol.is_same_capture is None:
         print_message(
             "the stream has no fingerprint of its capture, so it may have been made from another "
             "capture"
         )
-    elif not protocol.same_capture:
+    elif not protocol.is_same_capture:
         print_message(
             f"the stream was made from another capture, with fingerprint {protocol.encoded_from}"
         )
@@ -133,7 +133,7 @@ def print_evaluation(
         protocol = evaluation.protocol
         quality_values = {
             **quality.as_json(),
-            "same_capture": protocol.same_capture,
+            "same_capture": protocol.is_same_capture,
             "protocol": protocol.as_json(),
         }
         print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **report})

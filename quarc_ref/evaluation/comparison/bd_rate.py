@@ -52,19 +52,21 @@ def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
             return BjontegaardDeltas(
                 None, None, f"{name} has {point_count}; {MIN_POINTS} are needed"
             )
-        if not _is_monotonic(points):
+        if not _is_quality_increasing(points):
             return BjontegaardDeltas(
                 None, None, f"the quality of {name} does not increase with the rate"
             )
     import bjontegaard
 
     reference_points, curve_points = sorted(reference), sorted(curve)
-    arguments = (*zip(*reference_points, strict=True), *zip(*curve_points, strict=True))
+    rates_and_qualities = (*zip(*reference_points, strict=True), *zip(*curve_points, strict=True))
     with warnings.catch_warnings(record=True) as caught_warnings:
         warnings.simplefilter("always")
-        rate = float(bjontegaard.bd_rate(*arguments, _INTERPOLATION, require_matching_points=False))
+        rate = float(
+            bjontegaard.bd_rate(*rates_and_qualities, _INTERPOLATION, require_matching_points=False)
+        )
         quality = float(
-            bjontegaard.bd_psnr(*arguments, _INTERPOLATION, require_matching_points=False)
+            bjontegaard.bd_psnr(*rates_and_qualities, _INTERPOLATION, require_matching_points=False)
         )
     remarks = dict.fromkeys(
         str(warning.message).partition(" You can")[0] for warning in caught_warnings
@@ -72,7 +74,7 @@ def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
     return BjontegaardDeltas(_finite_or_none(rate), _finite_or_none(quality), " ".join(remarks))
 
 
-def _is_monotonic(points: Curve) -> bool:
+def _is_quality_increasing(points: Curve) -> bool:
     qualities = [quality for _, quality in sorted(points)]
     return all(low < high for low, high in pairwise(qualities))
 

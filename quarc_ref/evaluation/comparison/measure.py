@@ -57,19 +57,19 @@ class Comparison:
     """Measurements of all entries.
 
     Attributes:
-        measured: Measured entries, in the order of the command line.
+        measured_entries: Measured entries, in the order of the command line.
         frames: Ordinals of the compared frames.
         cameras: Names of the compared cameras.
-        truth: Human-readable description of the ground truth.
+        truth_description: Human-readable description of the ground truth.
         frames_per_second: Frame rate of all entries.
         shown_views: Views that the page shows.
         variants: Description of each metric's exact variant, keyed by metric name.
     """
 
-    measured: list[MeasuredEntry]
+    measured_entries: list[MeasuredEntry]
     frames: tuple[int, ...]
     cameras: tuple[str, ...]
-    truth: str
+    truth_description: str
     frames_per_second: float
     shown_views: list[ComparedView]
     variants: dict[str, str]
@@ -103,12 +103,12 @@ def measure_entries(
         meter.measure(frame)
         on_progress("compare", measured_count, len(frames))
     if inputs.capture is None:
-        truth = f"the renders of {inputs.entries[0].label}"
+        truth_description = f"the renders of {inputs.entries[0].label}"
     else:
-        truth = f"the pictures of the capture {inputs.capture.name}"
+        truth_description = f"the pictures of the capture {inputs.capture.name}"
     return Comparison(
-        meter.list_results(), frames, tuple(inputs.cameras), truth, inputs.frames_per_second,
-        meter.shown_views, meter.variants,
+        meter.list_results(), frames, tuple(inputs.cameras), truth_description,
+        inputs.frames_per_second, meter.shown_views, meter.variants,
     )  # fmt: skip
 
 
@@ -129,7 +129,7 @@ class _EntryMeter:
         self._metrics: list[dict[str, list[Measures]]] = [
             {name: [] for name in cameras} for _ in entries
         ]
-        self._shown_keys = _choose_shown_views(list(cameras), frames)
+        self._shown_camera_frames = _choose_shown_views(list(cameras), frames)
         self.shown_views: list[ComparedView] = []
 
     @property
@@ -146,14 +146,14 @@ class _EntryMeter:
                 make_view_with_truth(frame, name, image, truth, pictures[name], mask)
                 for pictures in renderings
             ]
-            for meters, camera_metrics, view in zip(
+            for meter_by_camera, metrics_by_camera, view in zip(
                 self._meters, self._metrics, views, strict=True
             ):
-                view_metrics = meters[name].measure(view)
+                view_metrics = meter_by_camera[name].measure(view)
                 if self._lpips is not None:
                     view_metrics["lpips"] = self._lpips.measure(view.decoded, view.truth)
-                camera_metrics[name].append(view_metrics)
-            if (name, frame) in self._shown_keys:
+                metrics_by_camera[name].append(view_metrics)
+            if (name, frame) in self._shown_camera_frames:
                 pictures = [view.decoded for view in views]
                 psnr = [view.psnr for view in views]
                 self.shown_views.append(ComparedView(name, frame, truth, pictures, psnr))

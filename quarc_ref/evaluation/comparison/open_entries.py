@@ -14,7 +14,7 @@ from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
 from quarc_ref.evaluation.same_capture import open_same_capture
 from quarc_ref.format.cameras import Camera
 
-_STREAM, _FOURDGS, _PLY = ".quarc", ".4dgs", ".ply"
+_FOURDGS_SUFFIX, _PLY_SUFFIX = ".4dgs", ".ply"
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ def open_entries(
 
 
 def _is_stream(path: Path) -> bool:
-    return path.is_file() and path.suffix.lower() not in (_FOURDGS, _PLY)
+    return path.is_file() and path.suffix.lower() not in (_FOURDGS_SUFFIX, _PLY_SUFFIX)
 
 
 def _open_non_stream(
@@ -124,11 +124,11 @@ def _open_non_stream(
             "on this capture"
         )
         raise EntryError(message)
-    if path.suffix.lower() == _FOURDGS:
+    if path.suffix.lower() == _FOURDGS_SUFFIX:
         return open_fourdgs(path, source.label, frames_per_second)
-    if path.is_file() or any(path.glob(f"*{_PLY}")):
+    if path.is_file() or any(path.glob(f"*{_PLY_SUFFIX}")):
         return open_plys(path, source.label)
-    fourdgs_files = sorted(path.glob(f"*{_FOURDGS}"))
+    fourdgs_files = sorted(path.glob(f"*{_FOURDGS_SUFFIX}"))
     if fourdgs_files:
         message = f"{path} is a folder: use the file {fourdgs_files[0]}, which contains all frames"
         raise EntryError(message)
@@ -156,10 +156,10 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
             message = "no entry is a stream, so --capture is needed to define the cameras"
             raise EntryError(message)
         return list(capture.cameras)
-    first, *other_streams = streams
+    first_stream, *other_streams = streams
     for other_stream in other_streams:
         for camera, other_camera in zip(
-            first.summary.cameras, other_stream.summary.cameras, strict=False
+            first_stream.summary.cameras, other_stream.summary.cameras, strict=False
         ):
             if (camera.name, camera.width, camera.height) != (
                 other_camera.name,
@@ -167,12 +167,13 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
                 other_camera.height,
             ):
                 message = (
-                    f"{first.entry.label} and {other_stream.entry.label} have different cameras: "
+                    f"{first_stream.entry.label} and {other_stream.entry.label} have different "
+                    "cameras: "
                     f"{camera.name} ({camera.width} x {camera.height}) and "
                     f"{other_camera.name} ({other_camera.width} x {other_camera.height})"
                 )
                 raise EntryError(message)
-    return list(first.summary.cameras)
+    return list(first_stream.summary.cameras)
 
 
 def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:

@@ -58,10 +58,10 @@ def _compose_page(
     views = [
         {
             "name": f"{view.camera}, frame {view.frame}",
-            "files": list(files),
+            "files": list(file_names),
             "psnr": [None, *(round(psnr, 2) for psnr in view.psnr)],
         }
-        for view, files in zip(comparison.shown_views, picture_names, strict=True)
+        for view, file_names in zip(comparison.shown_views, picture_names, strict=True)
     ]
     plots = _plot_rates(summary) + _plot_frames(comparison, labels)
     parts = {
@@ -87,7 +87,7 @@ def _list_methods(summary: Summary) -> list[str]:
 
 def _name_entries(comparison: Comparison) -> list[str]:
     """Return a name for every entry; runs of the same operating point are numbered."""
-    labels = [str(entry.label) for entry in comparison.measured]
+    labels = [str(entry.label) for entry in comparison.measured_entries]
     return [
         label if labels.count(label) == 1 else f"{label}, run {labels[:index].count(label) + 1}"
         for index, label in enumerate(labels)
@@ -98,7 +98,7 @@ def _describe_comparison(comparison: Comparison) -> str:
     frames, cameras = comparison.frames, comparison.cameras
     frame_range = f"{frames[0]} to {frames[-1]}" if len(frames) > 1 else f"number {frames[0]}"
     view_text = f"{format_count(len(frames), 'frame')} ({frame_range}) of {', '.join(cameras)}"
-    return f"Measured against {comparison.truth}, on {view_text}. 1 KB is 1024 bytes."
+    return f"Measured against {comparison.truth_description}, on {view_text}. 1 KB is 1024 bytes."
 
 
 def _compose_deltas(summary: Summary) -> str:
@@ -143,7 +143,7 @@ def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
             comparison.frames,
             [frame_metrics["psnr"] or 0.0 for frame_metrics in average_over_cameras(entry)],
         )
-        for label, entry in zip(labels, comparison.measured, strict=True)
+        for label, entry in zip(labels, comparison.measured_entries, strict=True)
     }
     picture = plot_curves({"PSNR (dB)": curves}, "frame")
     return [_format_plot(picture, "PSNR of every frame")]

@@ -35,10 +35,10 @@ def open_renders(
             have the same frame number.
         OSError: The folder cannot be read.
     """
-    files = _list_pictures(folder, cameras)
-    common_frames = set.intersection(*(set(frames) for frames in files.values()))
+    paths_by_camera = _list_pictures(folder, cameras)
+    common_frames = set.intersection(*(set(frames) for frames in paths_by_camera.values()))
     return _RenderEntry(
-        label, EntryInfo("renders", tuple(sorted(common_frames)), byte_count), files
+        label, EntryInfo("renders", tuple(sorted(common_frames)), byte_count), paths_by_camera
     )
 
 
@@ -46,15 +46,15 @@ class _RenderEntry(Entry):
     """An entry whose frames are picture files."""
 
     def __init__(
-        self, label: Label, info: EntryInfo, files: Mapping[str, Mapping[int, Path]]
+        self, label: Label, info: EntryInfo, paths_by_camera: Mapping[str, Mapping[int, Path]]
     ) -> None:
         super().__init__(label, info)
-        self._files = files
+        self._paths_by_camera = paths_by_camera
 
     def render(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
         """See `Entry.render`."""
         return {
-            name: _read_picture(self._files[name][frame], camera)
+            name: _read_picture(self._paths_by_camera[name][frame], camera)
             for name, camera in cameras.items()
         }
 

@@ -105,28 +105,28 @@ class Summary:
 
 def summarize(comparison: Comparison) -> Summary:
     """Summarize a comparison."""
-    groups = _group_by_label(comparison.measured)
+    groups = _group_by_label(comparison.measured_entries)
     first = next(iter(groups.values()))
     points = [
         _make_point(label, runs, None if runs is first else first, comparison.frames_per_second)
         for label, runs in groups.items()
     ]
-    counts = Counter(point.label.method for point in points)
-    methods = list(counts)
+    point_counts = Counter(point.label.method for point in points)
+    methods = list(point_counts)
     deltas = [
         MethodDeltas(
             method,
             *(_compare_methods(points, methods[0], method, metric) for metric in ("psnr", "ssim")),
         )
         for method in methods[1:]
-        if max(counts[methods[0]], counts[method]) > 1
+        if max(point_counts[methods[0]], point_counts[method]) > 1
     ]
     return Summary(points, methods[0] if len(methods) > 1 else None, deltas)
 
 
-def _group_by_label(measured: Sequence[MeasuredEntry]) -> dict[Label, list[MeasuredEntry]]:
+def _group_by_label(measured_entries: Sequence[MeasuredEntry]) -> dict[Label, list[MeasuredEntry]]:
     groups: dict[Label, list[MeasuredEntry]] = {}
-    for entry in measured:
+    for entry in measured_entries:
         groups.setdefault(entry.label, []).append(entry)
     return groups
 
@@ -216,13 +216,15 @@ def _build_curve(points: Sequence[OperatingPoint], method: str, metric: str) -> 
 
 
 def _compare_methods(
-    points: Sequence[OperatingPoint], reference: str, method: str, metric: str
+    points: Sequence[OperatingPoint], reference_method: str, method: str, metric: str
 ) -> BjontegaardDeltas:
     return compare_curves(
-        _build_curve(points, reference, metric), _build_curve(points, method, metric)
+        _build_curve(points, reference_method, metric), _build_curve(points, method, metric)
     )
 
 
-def average_over_cameras(measured: MeasuredEntry) -> list[Measures]:
+def average_over_cameras(measured_entry: MeasuredEntry) -> list[Measures]:
     """Return the metrics averaged over the cameras, one `Measures` per frame."""
-    return [average(views) for views in zip(*measured.quality.per_camera.values(), strict=True)]
+    return [
+        average(views) for views in zip(*measured_entry.quality.per_camera.values(), strict=True)
+    ]

@@ -23,13 +23,13 @@ METRIC_COLUMNS = (
     ("flicker", "flicker", ".3f"),
 )
 
-POINT_COLUMNS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
+POINT_HEADINGS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
 
 
 def list_point_headings(summary: Summary) -> list[str]:
     """Return the headings of `format_point_rows`."""
     metrics = [heading for heading, name, _ in METRIC_COLUMNS if name in summary.points[0].metrics]
-    return [*POINT_COLUMNS[:3], *metrics, *POINT_COLUMNS[3:]]
+    return [*POINT_HEADINGS[:3], *metrics, *POINT_HEADINGS[3:]]
 
 
 def format_point_rows(summary: Summary) -> list[list[str]]:
@@ -59,7 +59,7 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
 def describe_equal_views(comparison: Comparison) -> list[str]:
     """Return a remark for each entry with views that are identical to the ground truth."""
     remarks = []
-    for entry in comparison.measured:
+    for entry in comparison.measured_entries:
         equal_count, view_count = entry.quality.count_equal_views()
         if equal_count:
             remarks.append(
@@ -99,10 +99,10 @@ def format_points_csv(summary: Summary) -> bytes:
 
 def format_views_csv(comparison: Comparison) -> bytes:
     """Format the views as CSV, one per line: entry, run, camera, frame and all metrics."""
-    runs: dict[object, int] = {}
+    last_run_by_label: dict[object, int] = {}
     lines = []
-    for entry in comparison.measured:
-        run = runs[entry.label] = runs.get(entry.label, -1) + 1
+    for entry in comparison.measured_entries:
+        run = last_run_by_label[entry.label] = last_run_by_label.get(entry.label, -1) + 1
         for camera, views in entry.quality.per_camera.items():
             for frame, metrics in zip(comparison.frames, views, strict=True):
                 labels = {"method": entry.label.method, "point": entry.label.point, "run": run}
@@ -113,7 +113,7 @@ def format_views_csv(comparison: Comparison) -> bytes:
 def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
     """Return the output of `compare --json`."""
     return {
-        "truth": comparison.truth,
+        "truth": comparison.truth_description,
         "frames": list(comparison.frames),
         "cameras": list(comparison.cameras),
         "frames_per_second": comparison.frames_per_second,
@@ -200,14 +200,14 @@ def _point_as_json(point: OperatingPoint) -> dict[str, object]:
 
 def _format_csv(lines: Sequence[dict[str, object]]) -> bytes:
     text = io.StringIO()
-    writer = csv.DictWriter(text, _name_columns(lines), lineterminator="\n")
+    writer = csv.DictWriter(text, _list_column_names(lines), lineterminator="\n")
     writer.writeheader()
     for line in lines:
         writer.writerow({name: _format_cell(value) for name, value in line.items()})
     return text.getvalue().encode()
 
 
-def _name_columns(lines: Iterable[dict[str, object]]) -> list[str]:
+def _list_column_names(lines: Iterable[dict[str, object]]) -> list[str]:
     return list(dict.fromkeys(name for line in lines for name in line))
 
 

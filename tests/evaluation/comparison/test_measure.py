@@ -14,7 +14,7 @@ from tests.evaluation.conftest import ignore_progress
 
 
 def _list_means(comparison, name="psnr"):
-    return [entry.quality.mean()[name] for entry in comparison.measured]
+    return [entry.quality.mean()[name] for entry in comparison.measured_entries]
 
 
 def test_a_stream_has_the_same_figures_as_in_eval(method_outputs, compare):
@@ -24,7 +24,7 @@ def test_a_stream_has_the_same_figures_as_in_eval(method_outputs, compare):
         (outputs / "a.quarc").read_bytes(), method_outputs.capture, ignore_progress
     )
 
-    assert comparison.measured[0].quality.per_camera == evaluation.quality.per_camera
+    assert comparison.measured_entries[0].quality.per_camera == evaluation.quality.per_camera
     assert comparison.frames == (0, 1, 2, 3)
     assert comparison.cameras == ("cam01", "cam04")
 
@@ -40,7 +40,7 @@ def test_ply_files_and_renders_have_the_quality_of_the_stream(method_outputs, co
     assert plys == pytest.approx(stream, abs=1e-4)
     assert renders == pytest.approx(stream, abs=0.02)  # rounded to 8 bits
     assert by_frame == renders
-    assert [entry.info.kind for entry in comparison.measured] == [
+    assert [entry.info.kind for entry in comparison.measured_entries] == [
         "stream", "PLY per frame", "renders", "renders",
     ]  # fmt: skip
 
@@ -53,7 +53,7 @@ def test_byte_counts_are_file_sizes(method_outputs, compare):
     )
     plys = sum(path.stat().st_size for path in (outputs / "plys").iterdir())
 
-    sizes = [entry.info.byte_count for entry in comparison.measured]
+    sizes = [entry.info.byte_count for entry in comparison.measured_entries]
     assert sizes == [(outputs / "a.quarc").stat().st_size, plys, 1234]
 
 
@@ -80,8 +80,8 @@ def test_without_a_capture_the_first_entry_is_the_truth(method_outputs, compare)
     outputs = method_outputs.folder
     comparison = compare(outputs / "plys", outputs / "a.quarc", outputs / "renders")
 
-    assert [entry.label.method for entry in comparison.measured] == ["a", "renders"]
-    assert comparison.truth == "the renders of plys"
+    assert [entry.label.method for entry in comparison.measured_entries] == ["a", "renders"]
+    assert comparison.truth_description == "the renders of plys"
     stream_psnr, renders_psnr = _list_means(comparison)
     assert stream_psnr == MAX_DECIBELS
     assert 50 < renders_psnr < 70
