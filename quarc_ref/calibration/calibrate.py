@@ -35,7 +35,7 @@ _SUFFICIENT_SUPPORT = 40  # supported points per camera at which no further mome
 _TRUSTED_SUPPORT = 100  # poses with at least this many supported points are not checked again
 _MIN_OFFSET_CHANGE = 0.5  # frames: poses are estimated again after a larger change
 
-Report = Callable[[str, int, int], None]
+ProgressCallback = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,8 +50,8 @@ class CalibrateOptions:
         sync: Method of estimating time offsets.
         up: Source of the up axis; see `world.define_world`.
         distance: Known distance between two cameras; None if unknown.
-        report: Function to call with the name of the stage, the number of finished steps and the
-            total number of steps.
+        report_progress: Function to call with the name of the stage, the number of finished
+            steps and the total number of steps.
     """
 
     lenses: LensOptions = field(default_factory=LensOptions)
@@ -60,7 +60,7 @@ class CalibrateOptions:
     sync: SyncMethod = SyncMethod.AUTO
     up: str = UP_FROM_LEVEL_CAMERAS
     distance: Distance | None = None
-    report: Report = lambda _stage, _done, _total: None
+    report_progress: ProgressCallback = lambda _stage, _done, _total: None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,9 +92,11 @@ class Calibration:
     @property
     def notes(self) -> CaptureNotes:
         """Notes to write with the capture: time offsets, up axis and scale."""
-        frames = {camera.name: self.offsets.frames[camera.name] for camera in self.world.cameras}
-        has_offsets = any(round(offset) for offset in frames.values())
-        rounded_offsets = {name: round(offset, 2) for name, offset in frames.items()}
+        offsets = {
+            camera.name: self.offsets.frame_offsets[camera.name] for camera in self.world.cameras
+        }
+        has_offsets = any(round(offset) for offset in offsets.values())
+        rounded_offsets = {name: round(offset, 2) for name, offset in offsets.items()}
         return CaptureNotes(
             rounded_offsets if has_offsets else {}, self.world.up, self.world.meters_per_unit
         )
@@ -114,7 +116,7 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
     for name in options.masks:
         recordings.index(name)
     offsets, motions = find_offsets(
-        recordings, options.sync, lambda *progress: options.report("sync", *progress)
+        recordings, options.sync, lambda *progress: options.report_progress("sync", *progress)
     )
     solution, moment_count = _estimate_poses(recordings, offsets, options)
     if motions:
@@ -132,13 +134,15 @@ def _update_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, 
     new_offsets = estimate_offsets_from_poses(solution.cameras, motions)
     return replace(
         new_offsets,
-        frames=dict.fromkeys(offsets.frames, 0.0) | new_offsets.frames,
+        frame_offsets=dict.fromkeys(offsets.frame_offsets, 0.0) | new_offsets.frame_offsets,
         confidence=offsets.confidence | new_offsets.confidence,
     )
 
 
 def _find_max_offset_difference(first: Offsets, second: Offsets) -> float:
-    return max(abs(first.frames[name] - second.frames[name]) for name in first.frames)
+    return max(
+        abs(first.frame_offsets[name] - second.frame_offsets[name]) for name in first.frame_offsets
+    )
 
 
 def _estimate_poses(
@@ -146,15 +150,19 @@ def _estimate_poses(
 ) -> tuple[Solution, int]:
     """Add moments until the poses are well supported; return poses and moment count."""
     names, pictures = recordings.names, recordings.pictures
-    first_frames = CaptureNotes(offsets.frames).first_frames(names)
+    first_frames = CaptureNotes(offsets.frame_offsets).first_frames(names)
     synchronized_pictures = SynchronizedPictures(pictures, [first_frames[name] for name in names])
     chosen_moments = _choose_moments(synchronized_pictures.frame_count, options.moment_count)
     best_solution: Solution | None = None
     with tempfile.TemporaryDirectory() as folder, silence_colmap():
         features = Features(Path(folder), [options.masks.get(name) for name in names])
         for moment_count, moment in enumerate(chosen_moments, start=1):
-            images = [synchronized_pictures.read(camera, moment) for camera in range(len(names))]
-            features.add_moment(moment, images, lambda *steps: options.report("features", *steps))
+            moment_pictures = [
+                synchronized_pictures.read(camera, moment) for camera in range(len(names))
+            ]
+            features.add_moment(
+                moment, moment_pictures, lambda *steps: options.report_progress("features", *steps)
+            )
             is_last = moment_count == len(chosen_moments)
             if not is_last and (
                 options.moment_count
@@ -162,13 +170,13 @@ def _estimate_poses(
                 or moment_count & (moment_count - 1)
             ):
                 continue
-            options.report("poses", 0, 1)
+            options.report_progress("poses", 0, 1)
             graph = build_match_graph(features, names, pictures.sizes, options.lenses)
             with suppress(*(() if is_last and best_solution is None else (CalibrationError,))):
                 solution = estimate_poses(graph, options.lenses)
                 if best_solution is None or len(solution.cameras) >= len(best_solution.cameras):
                     best_solution = solution
-            options.report("poses", 1, 1)
+            options.report_progress("poses", 1, 1)
             if best_solution is not None and _has_sufficient_support(best_solution):
                 break
     if best_solution is None:
@@ -203,7 +211,7 @@ def _build_scene(
     points is left out if its picture does not match the projected scene points.
     """
     world = define_world(solution.cameras, solution.points, options.up, options.distance)
-    first_frame = read_first_frame(world.cameras, recordings, offsets.frames)
+    first_frame = read_first_frame(world.cameras, recordings, offsets.frame_offsets)
     points = first_frame.triangulate_points()
     weak_cameras = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED_SUPPORT}
     mismatched = set[str]()

@@ -20,7 +20,7 @@ _MAX_PICTURE_SIZE = 1600  # pixels: larger pictures are downscaled to this size
 _PAIRS_PER_STEP = 64  # matched image pairs between two progress reports
 
 Mask = NDArray[np.bool_]
-Report = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 
 
 class Features:
@@ -41,23 +41,26 @@ class Features:
         self._masks = tuple(masks)
         self._database = folder / "features.db"
 
-    def add_moment(self, moment: int, pictures: Sequence[Image], report: Report) -> None:
+    def add_moment(
+        self, moment: int, pictures: Sequence[Image], report_progress: ProgressCallback
+    ) -> None:
         """Detect and match the features of one moment.
 
         Args:
             moment: Unique number of the moment.
             pictures: `[H, W, 3]` sRGB picture of each camera.
-            report: Function to call with the number of finished steps and the total number.
+            report_progress: Function to call with the number of finished steps and the total
+                number.
         """
         names = [_make_file_name(camera, moment) for camera in range(len(pictures))]
         pairs = list(combinations(names, 2))
         total = len(names) + len(pairs)
         for index, (name, picture) in enumerate(zip(names, pictures, strict=True)):
             self._extract_features(name, picture, self._masks[index])
-            report(index + 1, total)
+            report_progress(index + 1, total)
         for start in range(0, len(pairs), _PAIRS_PER_STEP):
             self._match_pairs(pairs[start : start + _PAIRS_PER_STEP])
-            report(min(len(names) + start + _PAIRS_PER_STEP, total), total)
+            report_progress(min(len(names) + start + _PAIRS_PER_STEP, total), total)
         self.moments.append(moment)
 
     def read_keypoints(self, camera: int) -> list[Keypoints]:

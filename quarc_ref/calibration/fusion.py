@@ -33,7 +33,7 @@ def fuse_keypoints(keypoints_by_moment: Sequence[Keypoints]) -> tuple[Keypoints,
     detection_counts = np.zeros(0)
     indices_by_moment: list[Indices] = []
     for keypoints in keypoints_by_moment:
-        indices = _group_keypoints(fused, keypoints)
+        indices = _find_merged_features(fused, keypoints)
         matched = np.flatnonzero(indices >= 0)
         merged_indices = indices[matched]
         fused[merged_indices, :2] += (keypoints[matched, :2] - fused[merged_indices, :2]) / (
@@ -70,7 +70,7 @@ def keep_one_to_one(pairs: Indices) -> Indices:
     return unique_pairs[kept_rows]
 
 
-def _group_keypoints(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
+def _find_merged_features(fused: NDArray[np.float64], keypoints: Keypoints) -> Indices:
     """Return `[K]`: the index of each keypoint's merged feature, or -1 if there is none."""
     indices = np.full(len(keypoints), -1, np.int64)
     if not len(fused) or not len(keypoints):

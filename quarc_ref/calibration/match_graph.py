@@ -121,33 +121,33 @@ def _write_cameras(
 ) -> None:
     """Write a COLMAP camera and rig for each lens, and an image for each camera of the rig."""
     lens_ids: dict[object, int] = {}
-    for index, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
-        lens_key = size if lenses.is_shared and lenses.known_lenses is None else index
+    for image_id, (name, size) in enumerate(zip(names, sizes, strict=True), start=1):
+        lens_key = size if lenses.is_shared and lenses.known_lenses is None else image_id
         if lens_key not in lens_ids:
-            lens_ids[lens_key] = index
-            _write_lens(open_database, index, _make_camera(index, name, size, lenses))
+            lens_ids[lens_key] = image_id
+            _write_lens(open_database, image_id, _make_camera(image_id, name, size, lenses))
         sensor = pycolmap.sensor_t(pycolmap.SensorType.CAMERA, lens_ids[lens_key])
-        image = pycolmap.Image(name=f"{name}.png", camera_id=lens_ids[lens_key], image_id=index)
+        image = pycolmap.Image(name=f"{name}.png", camera_id=lens_ids[lens_key], image_id=image_id)
         open_database.write_image(image, use_image_id=True)
         frame = pycolmap.Frame()
-        frame.frame_id, frame.rig_id = index, lens_ids[lens_key]
-        frame.add_data_id(pycolmap.data_t(sensor, index))
+        frame.frame_id, frame.rig_id = image_id, lens_ids[lens_key]
+        frame.add_data_id(pycolmap.data_t(sensor, image_id))
         open_database.write_frame(frame, use_frame_id=True)
 
 
-def _write_lens(open_database: pycolmap.Database, index: int, camera: pycolmap.Camera) -> None:
+def _write_lens(open_database: pycolmap.Database, lens_id: int, camera: pycolmap.Camera) -> None:
     open_database.write_camera(camera, use_camera_id=True)
-    rig = pycolmap.Rig(rig_id=index)
-    rig.add_ref_sensor(pycolmap.sensor_t(pycolmap.SensorType.CAMERA, index))
+    rig = pycolmap.Rig(rig_id=lens_id)
+    rig.add_ref_sensor(pycolmap.sensor_t(pycolmap.SensorType.CAMERA, lens_id))
     open_database.write_rig(rig, use_rig_id=True)
 
 
-def _make_camera(index: int, name: str, size: Size, lenses: LensOptions) -> pycolmap.Camera:
+def _make_camera(lens_id: int, name: str, size: Size, lenses: LensOptions) -> pycolmap.Camera:
     if lenses.known_lenses is not None:
-        camera = make_colmap_camera(lenses.known_lenses[name], index)
+        camera = make_colmap_camera(lenses.known_lenses[name], lens_id)
         camera.has_prior_focal_length = True
         return camera
     model = INITIAL_AUTO_MODEL if lenses.model == AUTO_MODEL else lenses.model
     return pycolmap.Camera.create_from_model_name(
-        index, model, _INITIAL_FOCAL_RATIO * max(size), size[0], size[1]
+        lens_id, model, _INITIAL_FOCAL_RATIO * max(size), size[0], size[1]
     )

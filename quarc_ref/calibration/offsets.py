@@ -33,7 +33,7 @@ _MAX_SOUND_SECONDS = 60.0  # duration of the compared sound
 _SOUND_SAMPLES_PER_SECOND = 16000
 _LOUDNESS_SAMPLES_PER_FRAME = 8
 
-Report = Callable[[int, int], None]
+ProgressCallback = Callable[[int, int], None]
 
 
 class SyncMethod(StrEnum):
@@ -51,14 +51,14 @@ class Offsets:
 
     Attributes:
         method: Method by which the offsets were estimated; `NONE` if they were not estimated.
-        frames: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
+        frame_offsets: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
             camera's recording. Unreliable offsets are set to 0, the median of all offsets.
         confidence: Confidence of each offset by camera name, as in `alignment.Shift`; empty if
             `method` is `NONE`.
     """
 
     method: SyncMethod
-    frames: dict[str, float]
+    frame_offsets: dict[str, float]
     confidence: dict[str, float]
 
     @property
@@ -68,7 +68,7 @@ class Offsets:
 
 
 def find_offsets(
-    recordings: Recordings, method: SyncMethod, report: Report
+    recordings: Recordings, method: SyncMethod, report_progress: ProgressCallback
 ) -> tuple[Offsets, dict[str, Motion]]:
     """Estimate the time offsets of recordings.
 
@@ -76,7 +76,8 @@ def find_offsets(
         recordings: Recordings of one rig, all with the same frame rate.
         method: Method to use; `AUTO` uses sound if all recordings have sound, and motion
             otherwise.
-        report: Function to call with the number of recordings read so far and the total number.
+        report_progress: Function to call with the number of recordings read so far and the total
+            number.
 
     Returns:
         The offsets, and the motion of each recording by camera name. The motion is empty if the
@@ -87,7 +88,7 @@ def find_offsets(
         CaptureError: A recording cannot be read.
     """
     if method in (SyncMethod.AUTO, SyncMethod.SOUND):
-        sounds = _read_sounds(recordings, report)
+        sounds = _read_sounds(recordings, report_progress)
         silent_cameras = [
             name for name, sound in zip(recordings.names, sounds, strict=True) if sound is None
         ]
@@ -102,7 +103,7 @@ def find_offsets(
             raise CalibrationError(message)
     if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_MOTION_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
-    motions = _measure_motions(recordings, report)
+    motions = _measure_motions(recordings, report_progress)
     max_offset = _find_max_offset(motions.values())
     signals = [make_motion_signal(motion) for motion in motions.values()]
     shifts = align_signals(
@@ -142,13 +143,13 @@ def _make_offsets(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shi
     )
 
 
-def _read_sounds(recordings: Recordings, report: Report) -> list[Sound | None]:
+def _read_sounds(recordings: Recordings, report_progress: ProgressCallback) -> list[Sound | None]:
     sounds: list[Sound | None] = []
     for path, *_ in recordings.pictures.paths:
         if not is_video(path):
             return [None] * len(recordings.names)
         sounds.append(read_sound(path, _SOUND_SAMPLES_PER_SECOND, _MAX_SOUND_SECONDS))
-        report(len(sounds), len(recordings.names))
+        report_progress(len(sounds), len(recordings.names))
     return sounds
 
 
@@ -173,13 +174,15 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
     ]
 
 
-def _measure_motions(recordings: Recordings, report: Report) -> dict[str, Motion]:
+def _measure_motions(
+    recordings: Recordings, report_progress: ProgressCallback
+) -> dict[str, Motion]:
     motions = {}
     for camera, (name, length) in enumerate(
         zip(recordings.names, recordings.pictures.lengths, strict=True)
     ):
         motions[name] = measure_motion(recordings.pictures, camera, min(length, _MAX_MOTION_FRAMES))
-        report(camera + 1, len(recordings.names))
+        report_progress(camera + 1, len(recordings.names))
     return motions
 
 

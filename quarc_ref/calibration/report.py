@@ -75,7 +75,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
     for camera in calibration.world.cameras:
         fit = calibration.solution.fits[camera.name]
         confidence = offsets.confidence.get(camera.name)
-        offset = f"{offsets.frames[camera.name]:+.2f}"
+        offset = f"{offsets.frame_offsets[camera.name]:+.2f}"
         rows.append(
             [
                 camera.name,
@@ -91,7 +91,7 @@ def list_cameras(calibration: Calibration) -> list[list[str]]:
 
 
 def _format_key_figures(calibration: Calibration) -> str:
-    offsets = [abs(frames) for frames in calibration.offsets.frames.values()]
+    offset_sizes = [abs(offset) for offset in calibration.offsets.frame_offsets.values()]
     calibrated_count, camera_count = (
         len(calibration.world.cameras),
         len(calibration.recordings.names),
@@ -101,7 +101,7 @@ def _format_key_figures(calibration: Calibration) -> str:
         "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
         "points at frame 0": f"{len(calibration.points.positions):,}",
         "time points used": f"{calibration.moment_count}",
-        "largest offset": f"{max(offsets):.1f} frames",
+        "largest offset": f"{max(offset_sizes):.1f} frames",
     }
     return "".join(f"<div><dt>{key}</dt><dd>{value}</dd></div>" for key, value in figures.items())
 

@@ -30,7 +30,7 @@ from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 _MIN_FEATURES = 100
 # Minimum number and share of inliers for the mapper; the strict pair is tried first. A camera that
 # passes only with a wrong pose is removed later, because its points lack support.
-_INLIER_LIMITS = ((30, 0.25), (15, 0.15))
+_INLIER_MINIMUMS = ((30, 0.25), (15, 0.15))
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +99,8 @@ def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
     """
     best_result: tuple[pycolmap.Reconstruction, dict[int, int]] | None = None
     with silence_colmap():
-        for inlier_limits in _INLIER_LIMITS:
-            model = _run_mapper(graph, lenses, *inlier_limits)
+        for inlier_minimums in _INLIER_MINIMUMS:
+            model = _run_mapper(graph, lenses, *inlier_minimums)
             if model is None:
                 continue
             model = refine_reconstruction(model, lenses)
@@ -152,14 +152,17 @@ def _make_solution(
 ) -> Solution:
     errors, support = measure_errors(model), count_supported_points(model)
     image_ids = sorted(errors)
-    cameras = [_make_camera(graph.names[index - 1], model, index) for index in image_ids]
+    cameras = [_make_camera(graph.names[image_id - 1], model, image_id) for image_id in image_ids]
     return Solution(
         tuple(cameras),
         {
-            graph.names[index - 1]: CameraFit(
-                len(errors[index]), support[index], fmean(errors[index]), median(errors[index])
+            graph.names[image_id - 1]: CameraFit(
+                len(errors[image_id]),
+                support[image_id],
+                fmean(errors[image_id]),
+                median(errors[image_id]),
             )
-            for index in image_ids
+            for image_id in image_ids
         },
         {
             name: _explain_failure(graph, index, removed_counts.get(index + 1))
@@ -170,8 +173,8 @@ def _make_solution(
     )
 
 
-def _make_camera(name: str, model: pycolmap.Reconstruction, index: int) -> CalibratedCamera:
-    image = model.images[index]
+def _make_camera(name: str, model: pycolmap.Reconstruction, image_id: int) -> CalibratedCamera:
+    image = model.images[image_id]
     camera_from_world = image.cam_from_world()
     axes = camera_from_world.rotation.matrix().T
     pose = make_pose(axes, -axes @ camera_from_world.translation)

@@ -82,7 +82,7 @@ def define_world(
         forward = np.cross(cameras[0].pose.rotation[0], up_direction)
     forward /= np.linalg.norm(forward)
     rotation = np.stack([np.cross(-up_direction, forward), -up_direction, forward])
-    origin = _find_focus(cameras, points)
+    origin = _find_look_at_point(cameras, points)
     scale = _find_scale(cameras, origin, distance)
     return World(
         tuple(_transform_camera(camera, rotation, origin, scale) for camera in cameras),
@@ -129,7 +129,7 @@ def _find_plane_normal(cameras: Sequence[CalibratedCamera], mean_up: Float64Arra
     return np.asarray(axes[2] if axes[2] @ mean_up >= 0 else -axes[2])
 
 
-def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
+def _find_look_at_point(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Float64Array:
     """Return the point nearest to all optical axes, or the median point as a fallback."""
     projection_sum, weighted_sum = np.zeros((3, 3)), np.zeros(3)
     for camera in cameras:
@@ -140,11 +140,12 @@ def _find_focus(cameras: Sequence[CalibratedCamera], points: Float64Array) -> Fl
     median_point = np.median(points, axis=0)
     if np.linalg.eigvalsh(projection_sum)[0] < _PARALLEL_THRESHOLD * len(cameras):
         return np.asarray(median_point)
-    focus = np.linalg.solve(projection_sum, weighted_sum)
-    is_seen = all(
-        camera.pose.rotation[2] @ focus + camera.pose.translation[2] > 0 for camera in cameras
+    look_at_point = np.linalg.solve(projection_sum, weighted_sum)
+    is_in_front = all(
+        camera.pose.rotation[2] @ look_at_point + camera.pose.translation[2] > 0
+        for camera in cameras
     )
-    return np.asarray(focus if is_seen else median_point)
+    return np.asarray(look_at_point if is_in_front else median_point)
 
 
 def _find_scale(

@@ -74,7 +74,7 @@ class FrameWriter:
     """
 
     def __init__(self, export: ExportFormat, *, with_sidecar: bool) -> None:
-        self.names: list[str] = []
+        self.file_names: list[str] = []
         self.gaps: list[Gap] = []
         self._export = export
         self._with_sidecar = with_sidecar
@@ -94,13 +94,13 @@ class FrameWriter:
         else:
             data = self._export.load_builder()(frame, clip)
             name = f"frame_{scene.frame:04}.{self._export.suffix}"
-            self.names.append(target.write(name, data).name)
+            self.file_names.append(target.write(name, data).name)
 
     def finish(self, target: "OutputFolder | SingleFrameFile") -> None:
         """If the format stores all frames in a single file, write that file."""
         if self._sequence is not None:
             name = f"frames.{self._export.suffix}"
-            self.names.append(target.write(name, self._sequence.finish()).name)
+            self.file_names.append(target.write(name, self._sequence.finish()).name)
 
     def print_result(self, output: Path | None, *, as_json: bool, recovers: bool) -> None:
         """Print the names of all written files.
@@ -112,14 +112,13 @@ class FrameWriter:
         """
         if as_json:
             gaps = {"gaps": [asdict(gap) for gap in self.gaps]} if recovers else {}
-            written_files = {"files": self.names, "sidecar": self._sidecar}
+            written_files = {"files": self.file_names, "sidecar": self._sidecar}
             folder = output if output is None or self._with_sidecar else output.parent
             print_json("decode/2", {"folder": folder and str(folder), **written_files, **gaps})
             return
-        name_range = f", {self.names[0]} to {self.names[-1]}" if len(self.names) > 1 else ""
-        fields = {
-            "files": f"{len(self.names)}{name_range or ''.join(f', {name}' for name in self.names)}"
-        }
+        names = self.file_names
+        name_range = f", {names[0]} to {names[-1]}" if len(names) > 1 else ""
+        fields = {"files": f"{len(names)}{name_range or ''.join(f', {name}' for name in names)}"}
         fields |= {"gaps": f"{len(self.gaps)}"} if recovers else {}
         print_fields(str(output or "no folder"), fields)
 

@@ -30,7 +30,7 @@ class EncodeJob:
         folder: Folder of the capture.
         capture_options: Start frame, held-out cameras and downscaling of the capture.
         config: Settings of the encoder.
-        frames: Number of frames to encode; None for all.
+        frame_count: Number of frames to encode; None for all.
         device: Value of `--device`.
         progress: Callback for the progress of every step.
         findings: Prints and collects findings about the capture.
@@ -41,7 +41,7 @@ class EncodeJob:
     folder: Path
     capture_options: "CaptureOptions"
     config: "EncoderConfig"
-    frames: int | None
+    frame_count: int | None
     device: str
     progress: "Progress"
     findings: FindingCollector
@@ -61,13 +61,13 @@ class EncodeJob:
         require_device(self.device)
         capture = open_requested_capture(self.folder, self.capture_options)
         try:
-            capture.require_frames(self.frames)
+            capture.require_frames(self.frame_count)
         except TooFewFramesError as error:
-            message = f"--frames {self.frames}: {error}"
+            message = f"--frames {self.frame_count}: {error}"
             raise UsageError(message) from error
         return capture, EncodeOptions(
             self.config,
-            self.frames,
+            self.frame_count,
             self.device,
             self.progress,
             checks=self.should_check,
@@ -152,7 +152,7 @@ def encode_to_joined_file(
 
 
 def choose_pool(
-    segment_count: int, workers: int | None, ray: str | None, device: str
+    segment_count: int, requested_workers: int | None, ray_address: str | None, device: str
 ) -> "WorkerPool":
     """Return the worker pool that encodes segments.
 
@@ -162,9 +162,9 @@ def choose_pool(
     from quarc_ref.jobs import WorkerPool
 
     cpu_count = os.cpu_count() or 1
-    worker_count = workers or min(segment_count, cpu_count)
-    thread_count = 1 if ray else max(1, cpu_count // worker_count)
-    return WorkerPool(worker_count, thread_count, ray, 1.0 if device == "cuda" else 0.0)
+    worker_count = requested_workers or min(segment_count, cpu_count)
+    thread_count = 1 if ray_address else max(1, cpu_count // worker_count)
+    return WorkerPool(worker_count, thread_count, ray_address, 1.0 if device == "cuda" else 0.0)
 
 
 def _split_capture(
@@ -178,7 +178,7 @@ def _split_capture(
     from quarc_ref.encoder.segments import Segment, split_frames
 
     try:
-        ranges = split_frames(capture.require_frames(job.frames), segment_count)
+        ranges = split_frames(capture.require_frames(job.frame_count), segment_count)
     except ValueError as error:
         message = f"--segments {segment_count}: {error}"
         raise UsageError(message) from error

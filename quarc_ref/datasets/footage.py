@@ -27,13 +27,13 @@ class CaptureFiles:
 
     Attributes:
         description_files: Files of poses and points, which are hashed completely.
-        pictures: Video, picture and mask files of all frames; their names and sizes are hashed.
+        media_files: Video, picture and mask files of all frames; their names and sizes are hashed.
         sampled_files: Video, picture and mask files of frame 0; their first and last MiB are
             hashed as well.
     """
 
     description_files: tuple[Path, ...]
-    pictures: tuple[Path, ...]
+    media_files: tuple[Path, ...]
     sampled_files: tuple[Path, ...]
 
 
@@ -76,7 +76,7 @@ class Footage:
         masks = self.masks.paths if self.masks else ()
         return CaptureFiles(
             self.description_files,
-            pictures=(
+            media_files=(
                 *(path for camera_paths in self.source.paths for path in camera_paths),
                 *masks,
             ),
@@ -97,7 +97,7 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """
     digest = hashlib.sha256()
     try:
-        for name, path in _sort_by_name(folder, {*files.description_files, *files.pictures}):
+        for name, path in _sort_by_name(folder, {*files.description_files, *files.media_files}):
             digest.update(json.dumps([name, path.stat().st_size]).encode())
         for _, path in _sort_by_name(folder, files.description_files):
             digest.update(path.read_bytes())

@@ -126,18 +126,20 @@ def find_masks(
         {Path(name).stem: paths for name, paths in list_single_pictures(mask_folder).items()},
         list_single_pictures(mask_folder),
     ]
-    masks: Mapping[str, Sequence[Path]] = {
+    files_by_name: Mapping[str, Sequence[Path]] = {
         name: paths for files in files_by_arrangement for name, paths in files.items()
     }
-    camera_masks = [masks.get(name, ()) for name in names]
-    used_paths = {path for mask_paths in camera_masks for path in mask_paths}
-    unused_names = sorted(name for name, paths in masks.items() if not used_paths.issuperset(paths))
+    files_by_camera = [files_by_name.get(name, ()) for name in names]
+    used_paths = {path for paths in files_by_camera for path in paths}
+    unused_names = sorted(
+        name for name, paths in files_by_name.items() if not used_paths.issuperset(paths)
+    )
     if not unused_names:
-        return camera_masks if used_paths else None, ()
+        return files_by_camera if used_paths else None, ()
     message = describe_unused_masks(mask_folder, unused_names, names)
     if not used_paths:
         raise MaskNameError(message)
-    return camera_masks, (Finding("mask-name", message),)
+    return files_by_camera, (Finding("mask-name", message),)
 
 
 def describe_unused_masks(

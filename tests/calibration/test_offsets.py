@@ -66,7 +66,7 @@ def test_planted_offsets_are_found_by_sound(tmp_path):
 
     assert estimated.method is SyncMethod.SOUND
     assert estimated.unreliable_cameras == []
-    assert max_error(list(estimated.frames.values())) < 0.5
+    assert max_error(list(estimated.frame_offsets.values())) < 0.5
     assert motions == {}
 
 
@@ -111,4 +111,4 @@ def test_recordings_of_a_single_moment_have_no_offsets(traced_rig):
     )
 
     assert estimated.method is SyncMethod.NONE
-    assert set(estimated.frames.values()) == {0.0}
+    assert set(estimated.frame_offsets.values()) == {0.0}

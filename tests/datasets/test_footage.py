@@ -80,7 +80,7 @@ def test_a_fingerprint_changes_with_a_name(folder_and_files):
     folder, files = folder_and_files
     fingerprint_before = compute_fingerprint(folder, files)
     (folder / "c.png").rename(folder / "d.png")
-    pictures = (*files.pictures[:2], folder / "d.png")
+    pictures = (*files.media_files[:2], folder / "d.png")
 
     assert (
         compute_fingerprint(

@@ -252,7 +252,7 @@ def _as_json(calibration: "Calibration") -> dict[str, object]:
                 "median_error": fit.median_error,
                 "points": fit.point_count,
                 "supported_points": fit.support,
-                "offset": calibration.offsets.frames[name],
+                "offset": calibration.offsets.frame_offsets[name],
                 "confidence": confidence.get(name),
             }
             for name, fit in calibration.solution.fits.items()

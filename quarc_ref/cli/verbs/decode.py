@@ -95,19 +95,19 @@ def decode_frames(
             open_output_frame if is_single_file else growing_folder if follow else written_folder
         )
         recovery_hint = nullcontext() if follow or recovers else _suggest_recovery(writer, frames)
-        with open_target(output, force=force) as folder, open_source(file) as source, recovery_hint:
+        with open_target(output, force=force) as target, open_source(file) as source, recovery_hint:
             total = 0 if follow else count_frames(source)
             decoder = FrameDecoder(source, follow_options, writer.gaps if recovers else None)
             for scene in decoder.decode_scenes(*frame_range):
-                writer.add(folder, scene, decoder.clip)
+                writer.add(target, scene, decoder.clip)
                 done_count = scene.frame + 1
                 progress.advance("decode", min(done_count, total) if total else done_count, total)
-            writer.finish(folder)
-            if not writer.names and not writer.gaps:
+            writer.finish(target)
+            if not writer.file_names and not writer.gaps:
                 available_text = f"; it has {format_count(total, 'frame')}" if total else ""
                 message = f"--frames {frames}: the stream has none of these frames{available_text}"
                 raise UsageError(message if frames else "the stream has no frames")
-            if not writer.names:
+            if not writer.file_names:
                 writer.print_result(None, as_json=as_json, recovers=recovers)
                 raise typer.Exit(EXIT_INVALID_STREAM)
         writer.print_result(output, as_json=as_json, recovers=recovers)
@@ -123,9 +123,9 @@ def _suggest_recovery(writer: "FrameWriter", frames: str | None) -> Iterator[Non
     except UnknownCriticalError:  # an unknown critical chunk stops --recover as well
         raise
     except BitstreamError as error:
-        if writer.names:
+        if writer.file_names:
             range_text = f" of --frames {frames}" if frames else ""
-            count = len(writer.names)
+            count = len(writer.file_names)
             error.add_note(
                 f"complete frames{range_text} before the error: {count}; --recover keeps them"
             )

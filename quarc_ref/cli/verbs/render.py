@@ -159,8 +159,8 @@ def _reject_conflicts(
         f"--depth cannot be combined with --to {kind}": depth and kind in ("mp4", "webm"),
         "--pictures needs --path": pictures is not None and path is None,
     }
-    for message, is_given in conflicts.items():
-        if is_given:
+    for message, is_conflict in conflicts.items():
+        if is_conflict:
             raise UsageError(message)
 
 

@@ -68,19 +68,23 @@ def verify(
                 verifier.decode(source, follow_options)
         except BitstreamError as error:
             if as_json:
-                rejection = {"valid": False, "frames": verifier.frames, "refused": error.reject_id}
+                rejection = {
+                    "valid": False,
+                    "frames": verifier.frame_count,
+                    "refused": error.reject_id,
+                }
                 print_json("verify/2", rejection)
             raise
         if as_json:
             deep_values = {"deep": verification.as_json()} if verification else {}
             result_values = {
                 "valid": True,
-                "frames": verifier.frames,
+                "frames": verifier.frame_count,
                 "state_sha256": verifier.digest,
             }
             print_json("verify/2", {**result_values, **deep_values})
         else:
-            fields = {"valid": "yes", "frames": f"{verifier.frames}"}
+            fields = {"valid": "yes", "frames": f"{verifier.frame_count}"}
             fields |= {"last state": verifier.digest} if verifier.digest else {}
             print_fields(
                 format_stream_name(file),
@@ -92,12 +96,12 @@ class _Verifier:
     """Runs the checks of `verify`, and stores their results.
 
     Attributes:
-        frames: Number of decoded frames.
+        frame_count: Number of decoded frames.
         digest: Digest of the last decoded state; None before the first frame.
     """
 
     def __init__(self, progress: TerminalProgress) -> None:
-        self.frames = 0
+        self.frame_count = 0
         self.digest: str | None = None
         self._progress = progress
 
@@ -110,7 +114,7 @@ class _Verifier:
         total = 0 if follow else count_frames(source)
         for scene in decode(source, follow=follow):
             self.digest = compute_digest(scene)
-            self._record_progress("decode", self.frames + 1, total)
+            self._record_progress("decode", self.frame_count + 1, total)
 
     def verify(self, source: "Source", follow: "Follow | None") -> "Verification":
         """Decode every frame, and run the checks of `--deep`."""
@@ -123,7 +127,7 @@ class _Verifier:
 
     def _record_progress(self, stage: str, done: int, total: int) -> None:
         if stage == "decode":
-            self.frames = done
+            self.frame_count = done
         self._progress.advance(stage, done, total)
 
 

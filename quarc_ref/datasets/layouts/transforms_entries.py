@@ -35,14 +35,14 @@ class Entry:
     Attributes:
         path: Path of the picture or video as stored in the file, relative to the file's folder.
         lens: Lens of the picture.
-        matrix: 3x4 matrix from camera to world with OpenGL's axes, row by row.
+        camera_to_world: 3x4 matrix from camera to world with OpenGL's axes, row by row.
         time: Time of the picture in any unit; None if the entry has no time.
         mask_path: Path of the mask; None if the entry has no mask.
     """
 
     path: str
     lens: Lens
-    matrix: tuple[float, ...]
+    camera_to_world: tuple[float, ...]
     time: float | None
     mask_path: str | None = None
 
@@ -52,7 +52,7 @@ class Entry:
         Raises:
             ValueError: The matrix is not a valid pose.
         """
-        right, up, backwards, center = np.array(self.matrix).reshape(3, 4).T
+        right, up, backwards, center = np.array(self.camera_to_world).reshape(3, 4).T
         return make_pose(np.stack([right, -up, -backwards], axis=1), center)
 
 

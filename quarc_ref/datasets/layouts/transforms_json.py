@@ -132,7 +132,7 @@ def _set_times_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
     last_indices: dict[object, int] = {}
     timed_entries = []
     for entry in sorted(entries, key=lambda entry: natural_order(entry.path)):
-        camera_key = (entry.lens, entry.matrix)
+        camera_key = (entry.lens, entry.camera_to_world)
         last_indices[camera_key] = last_indices.get(camera_key, -1) + 1
         timed_entries.append(replace(entry, time=float(last_indices[camera_key])))
     return tuple(timed_entries)
@@ -142,7 +142,7 @@ def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:
     """Group entries by camera, and order each camera's entries by time."""
     groups: dict[object, list[Entry]] = {}
     for entry in sorted(entries, key=lambda entry: entry.time or 0.0):
-        groups.setdefault((entry.lens, entry.matrix), []).append(entry)
+        groups.setdefault((entry.lens, entry.camera_to_world), []).append(entry)
     names = _name_cameras([[entry.path for entry in group] for group in groups.values()])
     entries_by_name = dict(zip(names, groups.values(), strict=True))
     sorted_names = sorted(names, key=natural_order)

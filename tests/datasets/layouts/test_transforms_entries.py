@@ -96,7 +96,7 @@ def test_a_pose_is_converted_from_the_axes_of_opengl(path):
 def test_a_matrix_of_three_rows_is_enough(path):
     frame = {**FRAME, "transform_matrix": np.eye(4)[:3].tolist()}
 
-    assert len(read(path, {**SHARED, "frames": [frame]}).entries[0].matrix) == 12
+    assert len(read(path, {**SHARED, "frames": [frame]}).entries[0].camera_to_world) == 12
 
 
 def test_rate_points_and_times_are_read_from_their_keys(path):
