@@ -64,7 +64,7 @@ class _KernelCache(FunctionCache):
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)  # type: ignore[no-untyped-call]
-        self._cache_file._source_stamp = (self._cache_file._source_stamp, _fingerprint())
+        self._cache_file._source_stamp = (self._cache_file._source_stamp, _hash_kernel_sources())
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:  # noqa: ANN401
         """Return the cached machine code for a signature, or None if there is none."""
@@ -87,7 +87,7 @@ def cached_njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:  # noqa:
 
 
 @cache
-def _fingerprint() -> str:
+def _hash_kernel_sources() -> str:
     """Return a key that identifies the package's kernels and their compiler options."""
     folder = Path(__file__).parent
     files = sorted([*folder.rglob("*_kernels.py"), *folder.rglob("compiled.py")])

@@ -70,7 +70,7 @@ def pytest_collection_modifyitems(config, items):
 def both_entropy_decoders():
     """Decode every section with both entropy decoders, which must return the same bits."""
     coders = CrossChecker()
-    with use_bit_decoder(coders.open):
+    with use_bit_decoder(coders.make_decoder):
         yield coders
 
 

@@ -119,7 +119,7 @@ def _decode(data: bytes) -> Iterator[object]:
 
 def _decode_with_cross_check(data: bytes) -> Iterator[object]:
     """Decode with both entropy decoders; a difference between them counts as an escape."""
-    with use_bit_decoder(CrossChecker().open):
+    with use_bit_decoder(CrossChecker().make_decoder):
         yield from decode(data)
 
 

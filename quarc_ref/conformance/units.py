@@ -120,7 +120,7 @@ def _rotate(rotation: list[int], sums: list[int]) -> list[int]:
 
 
 def _compute_weight(zeros: int, ones: int) -> int:
-    return int(_make_counts((zeros, ones)).weights(_MODEL, np.array([0]))[0])
+    return int(_make_counts((zeros, ones)).compute_weights(_MODEL, np.array([0]))[0])
 
 
 def _add_plane_to_counts(before: list[int], plane: list[int]) -> list[int]:

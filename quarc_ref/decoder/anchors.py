@@ -117,15 +117,20 @@ def _sort_by_cell(positions: Int32) -> tuple[Int64, Int64]:
         Gaussian, this value is one more than the largest shift.
     """
     offset_positions = positions.astype(np.int64) + LATTICE_OFFSET
-    high, low = (
-        interleave(offset_positions >> _LOW_BITS),
-        interleave(offset_positions & ((1 << _LOW_BITS) - 1)),
+    high_keys, low_keys = (
+        interleave(offset_positions >> _LOW_BIT_COUNT),
+        interleave(offset_positions & ((1 << _LOW_BIT_COUNT) - 1)),
     )
-    order = np.lexsort((low, high))
-    high, low = high[order], low[order]
-    high_bits, low_bits = bit_length(high[1:] ^ high[:-1]), bit_length(low[1:] ^ low[:-1])
-    axis_bits = np.where(high_bits > 0, _LOW_BITS + (high_bits + 2) // 3, (low_bits + 2) // 3)
-    return order, np.concatenate([[LATTICE_BITS + 1], axis_bits])
+    order = np.lexsort((low_keys, high_keys))
+    high_keys, low_keys = high_keys[order], low_keys[order]
+    high_lengths, low_lengths = (
+        bit_length(high_keys[1:] ^ high_keys[:-1]),
+        bit_length(low_keys[1:] ^ low_keys[:-1]),
+    )
+    shifts = np.where(
+        high_lengths > 0, _LOW_BIT_COUNT + (high_lengths + 2) // 3, (low_lengths + 2) // 3
+    )
+    return order, np.concatenate([[LATTICE_BITS + 1], shifts])
 
 
 def _choose_anchors(
@@ -141,11 +146,11 @@ def _choose_anchors(
     # Rule 2: the Gaussian of lowest rank in every cell.
     is_anchor = np.isin(ranks, np.minimum.reduceat(ranks[order], starts))
     # Rule 3: the lowest ranks of all other Gaussians.
-    by_rank = np.argsort(ranks, kind="stable")
-    additional = by_rank[~is_anchor[by_rank]][: count - starts.size]
-    is_anchor[additional] = True
+    indices_by_rank = np.argsort(ranks, kind="stable")
+    additional_anchors = indices_by_rank[~is_anchor[indices_by_rank]][: count - starts.size]
+    is_anchor[additional_anchors] = True
     return np.flatnonzero(is_anchor), shift
 
 
 # Number of low bits of a 24-bit coordinate; keys of the low and of the high bits fit in 64 bits.
-_LOW_BITS = 8
+_LOW_BIT_COUNT = 8

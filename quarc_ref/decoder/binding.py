@@ -33,7 +33,7 @@ def bind(positions: Int32, anchors: Int32, shift: int) -> Int64:
     unique_anchors = _first_anchor_at_each_position(anchors)
     anchors = anchors[:, unique_anchors]
     search = _CellSearch(positions, anchors, max(shift, _MIN_SHIFT))
-    for cell_offset in _NEIGHBORS:
+    for cell_offset in _CELL_OFFSETS:
         search.compare_cell(np.array(cell_offset, dtype=np.int64))
     may_be_nearer = search.squared_distances_outside() <= search.squared_distances
     uncertain = np.flatnonzero(may_be_nearer)
@@ -46,8 +46,8 @@ def bind_exhaustively(positions: Int32, anchors: Int32) -> Int64:
     nearest = np.zeros(positions.shape[1], dtype=np.int64)
     batch_size = max(1, _MAX_PAIRS_PER_BATCH // anchors.shape[1])
     for start in range(0, nearest.size, batch_size):
-        block = positions[:, start : start + batch_size, None].astype(np.int64)
-        distances = _squared_lengths(block - anchors[:, None, :])
+        batch = positions[:, start : start + batch_size, None].astype(np.int64)
+        distances = _squared_lengths(batch - anchors[:, None, :])
         nearest[start : start + batch_size] = distances.argmin(axis=1)
     return nearest
 
@@ -107,9 +107,9 @@ class _CellSearch:
         first = 0
         while first < gaussians.size:
             compared_pairs = ends[first - 1] if first else 0
-            last = max(first + 1, int(np.searchsorted(ends, compared_pairs + _MAX_PAIRS_PER_BATCH)))
-            self._compare_batch(gaussians[first:last], starts[first:last], counts[first:last])
-            first = last
+            stop = max(first + 1, int(np.searchsorted(ends, compared_pairs + _MAX_PAIRS_PER_BATCH)))
+            self._compare_batch(gaussians[first:stop], starts[first:stop], counts[first:stop])
+            first = stop
 
     def _compare_batch(self, gaussians: Int64, starts: Int64, counts: Int64) -> None:
         run_starts = np.cumsum(counts) - counts
@@ -131,8 +131,8 @@ class _CellSearch:
 
 def _cell_keys(cells: Int64) -> Int64:
     """Return a unique number for each cell; cell coordinates are from -1 to 2^20."""
-    from_zero = cells + 1
-    keys: Int64 = (from_zero[0] << 42) | (from_zero[1] << 21) | from_zero[2]
+    cells_from_zero = cells + 1
+    keys: Int64 = (cells_from_zero[0] << 42) | (cells_from_zero[1] << 21) | cells_from_zero[2]
     return keys
 
 
@@ -141,4 +141,4 @@ def _squared_lengths(differences: Int64) -> Int64:
     return lengths
 
 
-_NEIGHBORS = sorted(product((-1, 0, 1), repeat=3), key=lambda step: sum(map(abs, step)))
+_CELL_OFFSETS = sorted(product((-1, 0, 1), repeat=3), key=lambda offset: sum(map(abs, offset)))

@@ -191,9 +191,9 @@ def _arrays_of(gaussians: Gaussians) -> tuple[Int64, Int64, Int64]:
     return gaussians.positions, gaussians.rotations, gaussians.codes
 
 
-def _leaf_errors(kind: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
-    children = kind.__subclasses__()
-    yield from [leaf for child in children for leaf in _leaf_errors(child)] or [kind]
+def _leaf_errors(error_class: type[BitstreamError]) -> Iterator[type[BitstreamError]]:
+    subclasses = error_class.__subclasses__()
+    yield from [leaf for subclass in subclasses for leaf in _leaf_errors(subclass)] or [error_class]
 
 
 _ERRORS_BY_ID = {leaf.reject_id: leaf for leaf in _leaf_errors(BitstreamError)}

@@ -96,12 +96,12 @@ def _expand_block(coded: Int64, fraction_bits: int) -> Int64:
 
 
 def _normalize(vectors: Int64, guard_bits: int) -> Int64:
-    squared: Int64 = (vectors * vectors).sum(axis=0)
-    if np.any(squared == 0):  # [7.3-1]
+    squared_norms: Int64 = (vectors * vectors).sum(axis=0)
+    if np.any(squared_norms == 0):  # [7.3-1]
         message = "a rotation has norm zero"
         raise DegenerateRotationError(message)
-    norm = isqrt(squared << (2 * guard_bits))
-    return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norm)
+    norms = isqrt(squared_norms << (2 * guard_bits))
+    return divide_round(vectors * (1 << (ROTATION_FRACTION_BITS + guard_bits)), norms)
 
 
 _BLOCK_SIZE = 1 << 13  # number of rotations whose intermediate results fit in the cache

@@ -174,14 +174,14 @@ class StreamDecoder:
         if self._state is None:  # [5.1-3]
             message = "a frame must follow a canonical frame"
             raise ChunkOrderError(message)
-        frame = wire.parse_frame(chunk.payload, updates=self.header.updates)
-        self._state = self.decode_frame(self._state, frame)
+        frame_chunk = wire.parse_frame(chunk.payload, updates=self.header.updates)
+        self._state = self.decode_frame(self._state, frame_chunk)
         self._frame_count += 1
         return self._state
 
-    def decode_frame(self, state: FrameState, frame: FrameChunk) -> FrameState:
+    def decode_frame(self, state: FrameState, chunk: FrameChunk) -> FrameState:
         """Return the state of the frame after `state`; see `Engine.decode_frame`."""
-        return self._engine.decode_frame(state, frame)
+        return self._engine.decode_frame(state, chunk)
 
     def _read_index(self, chunk: Chunk) -> None:
         index = wire.parse_index(chunk.payload)

@@ -37,13 +37,13 @@ class LoopDecoder(StreamDecoder):
         """
         self._decoded = _DecodedFrame(previous_state, wire.build_frame(chunk), state)
 
-    def decode_frame(self, state: FrameState, frame: FrameChunk) -> FrameState:
+    def decode_frame(self, state: FrameState, chunk: FrameChunk) -> FrameState:
         """See `StreamDecoder.decode_frame`."""
         decoded, self._decoded = self._decoded, None
         if (
             decoded is not None
             and decoded.previous_state is state
-            and decoded.payload == wire.build_frame(frame)
+            and decoded.payload == wire.build_frame(chunk)
         ):
             return decoded.state
-        return super().decode_frame(state, frame)
+        return super().decode_frame(state, chunk)

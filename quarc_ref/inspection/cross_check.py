@@ -21,7 +21,7 @@ class CrossChecker:
     """Runs both entropy decoders on every section, and counts sections and bits.
 
     Attributes:
-        section_count: Number of sections for which `open` was called.
+        section_count: Number of sections for which `make_decoder` was called.
         bit_count: Number of bits on which both decoders agreed.
     """
 
@@ -29,7 +29,7 @@ class CrossChecker:
         self.section_count = 0
         self.bit_count = 0
 
-    def open(self, words: UInt32) -> BitDecoder:
+    def make_decoder(self, words: UInt32) -> BitDecoder:
         """Return a decoder that runs both decoders on `words` and compares their results.
 
         Raises:

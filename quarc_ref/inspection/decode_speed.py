@@ -72,34 +72,34 @@ def measure_speed(
     """
     start_time = first_time = last_time = time.perf_counter()
     cpu_seconds, first_ticks = 0.0, None
-    frames = gaussians = 0
+    frame_count = gaussian_count = 0
     first_stage_times: Counter[str] = Counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
         for frame in player:
             last_time = time.perf_counter()
-            frames, gaussians = frames + 1, len(frame.splats.opacities)
-            if frames == 1:
+            frame_count, gaussian_count = frame_count + 1, len(frame.splats.opacities)
+            if frame_count == 1:
                 first_time, first_stage_times = last_time, Counter(player.times)
                 cpu_seconds = time.process_time()
                 first_ticks = read_processor_time()
             if on_progress is not None:
-                on_progress("decode", frames, 0)
+                on_progress("decode", frame_count, 0)
         stage_times, cpu_seconds = Counter(player.times), time.process_time() - cpu_seconds
         # `Counter.__sub__` would drop stages whose difference is not positive.
         stage_times.subtract(first_stage_times)
         last_ticks = read_processor_time()
-    if frames == 0:
+    if frame_count == 0:
         return None
     peak_mib = measure_peak_mebibytes()
     warm_seconds = None if name == "-" else _time_first_frame(name, threads)
-    later_frames = max(1, frames - 1)
+    later_frames = max(1, frame_count - 1)
     return Speed(
-        frames,
-        gaussians,
+        frame_count,
+        gaussian_count,
         threads,
         choose_engine().name,
-        later_frames / (last_time - first_time) if frames > 1 else 0.0,
-        1e3 * cpu_seconds / later_frames if frames > 1 else 0.0,
+        later_frames / (last_time - first_time) if frame_count > 1 else 0.0,
+        1e3 * cpu_seconds / later_frames if frame_count > 1 else 0.0,
         last_ticks.stolen_share(first_ticks) if last_ticks and first_ticks else None,
         {
             stage: nanoseconds / later_frames / 1e6

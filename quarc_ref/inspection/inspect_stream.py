@@ -76,7 +76,7 @@ def inspect_stream(
         state = decoder.push(chunk) if chunk.kind in container.KNOWN_TYPES else None
         if state is None:
             continue
-        frames.append(_summarize(chunk, state, decoder))
+        frames.append(_summarize_frame(chunk, state, decoder))
         if on_progress is not None:
             on_progress("inspect", len(frames), total)
     return StreamSummary(
@@ -108,16 +108,16 @@ def count_coded_bytes(chunk: Chunk, *, updates: bool) -> dict[str, int]:
         sections = (snapshot.survivors, *snapshot.sections)
         byte_counts["snapshots"] = sum(section.byte_count() for section in sections)
     else:
-        frame = wire.parse_frame(chunk.payload, updates=updates)
+        frame_chunk = wire.parse_frame(chunk.payload, updates=updates)
         byte_counts["motion"], byte_counts["births"] = (
-            frame.motion.byte_count(),
-            frame.births.byte_count(),
+            frame_chunk.motion.byte_count(),
+            frame_chunk.births.byte_count(),
         )
-        byte_counts["updates"] = frame.updates.byte_count() if frame.updates else 0
+        byte_counts["updates"] = frame_chunk.updates.byte_count() if frame_chunk.updates else 0
     return byte_counts
 
 
-def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> FrameSummary:
+def _summarize_frame(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> FrameSummary:
     scene, header = state.scene, state.scene.header
     estimate: dict[str, float] = dict.fromkeys(KINDS, 0.0)
     births = deaths = updates = 0
@@ -129,8 +129,8 @@ def _summarize(chunk: Chunk, state: FrameState, decoder: StreamDecoder) -> Frame
         snapshot = read_snapshot(wire.parse_snapshot(chunk.payload), canonical_gaussians)
         estimate["snapshots"] = estimate_snapshot(snapshot, canonical_gaussians)
     else:
-        frame = wire.parse_frame(chunk.payload, updates=header.updates)
-        births, deaths = frame.birth_count, frame.death_count
+        frame_chunk = wire.parse_frame(chunk.payload, updates=header.updates)
+        births, deaths = frame_chunk.birth_count, frame_chunk.death_count
         if state.updates is not None:
             deleted_count = int(state.updates.dies.sum())
             deaths, updates = deaths + deleted_count, state.updates.count - deleted_count

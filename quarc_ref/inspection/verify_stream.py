@@ -78,7 +78,7 @@ def verify_stream(
     """
     cross_check = CrossChecker()
     verifier = _StreamVerifier(source, on_progress)
-    with use_bit_decoder(cross_check.open):
+    with use_bit_decoder(cross_check.make_decoder):
         while (chunk := poll(verifier.reader.read_chunk, follow)) is not None:
             verifier.push(chunk)
     frames_compared = verifier.decode_from_seek_points(source)
@@ -125,8 +125,8 @@ class _StreamVerifier:
         if chunk.kind in container.CANONICAL_TYPES:
             self.canonical_frames.append(scene.frame)
         else:
-            frame = wire.parse_frame(chunk.payload, updates=scene.header.updates)
-            self._update_maximum("births", frame.birth_count)
+            frame_chunk = wire.parse_frame(chunk.payload, updates=scene.header.updates)
+            self._update_maximum("births", frame_chunk.birth_count)
         self._on_progress("decode", len(self.digests), self._total)
 
     def decode_from_seek_points(self, source: Source) -> int:
@@ -135,7 +135,7 @@ class _StreamVerifier:
         Raises:
             VerificationError: The state of a frame differs from its state in the first pass.
         """
-        compared = 0
+        compared_count = 0
         for start, stop in zip(
             self.canonical_frames, [*self.canonical_frames[1:], None], strict=False
         ):
@@ -145,9 +145,9 @@ class _StreamVerifier:
                         f"frame {scene.frame} decodes to a different state from seek point {start}"
                     )
                     raise VerificationError(message)
-                compared += 1
-                self._on_progress("seek", compared, len(self.digests))
-        return compared
+                compared_count += 1
+                self._on_progress("seek", compared_count, len(self.digests))
+        return compared_count
 
     def _update_maximum(self, name: str, value: int) -> None:
         self.maxima[name] = max(self.maxima[name], value)

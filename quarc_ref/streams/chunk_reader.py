@@ -37,14 +37,14 @@ class ChunkReader:
         source: The stream.
         offset: Offset of the next chunk.
         sequence: Expected sequence number of the next chunk.
-        current: Header that was read last; None if it was rejected.
+        current_header: Header that was read last; None if it was rejected.
     """
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.offset = 0
         self.sequence = 0
-        self.current: ChunkHeader | None = None
+        self.current_header: ChunkHeader | None = None
         self._previous_kind = b""
         self._stream_header: StreamHeader | None = None
 
@@ -62,7 +62,7 @@ class ChunkReader:
         Raises:
             ContainerError: The chunk is invalid.
         """
-        self.current = None
+        self.current_header = None
         if self.is_past_tail:
             self._check_end()
             return None
@@ -76,7 +76,7 @@ class ChunkReader:
         container.check_type(header, self._stream_header)
         container.check_order(header, self._previous_kind)
         container.check_length(header.length, self._stream_header, self.offset)  # [5.2-6] [13-1]
-        self.current = header
+        self.current_header = header
         return header
 
     def headers(self) -> Iterator[ChunkHeader]:

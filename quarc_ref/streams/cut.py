@@ -63,12 +63,12 @@ class _SkippedFrames:
     """What a cut needs to know about the frames that it skips.
 
     Attributes:
-        canonical: Ordinal of the last skipped canonical frame or snapshot.
+        last_keyframe: Ordinal of the last skipped canonical frame or snapshot.
         reference: The last skipped CANO, if snapshots may refer to it.
     """
 
     def __init__(self) -> None:
-        self.canonical: int | None = None
+        self.last_keyframe: int | None = None
         self.reference: Chunk | None = None
         self._prologue: list[Chunk] = []
         self._latest_by_kind: dict[bytes, Chunk] = {}
@@ -76,7 +76,7 @@ class _SkippedFrames:
     def add(self, step: Step, walk: FrameWalk) -> None:
         """Record a chunk that the cut skips."""
         if step.is_canonical:
-            self.canonical = step.frame
+            self.last_keyframe = step.frame
             if walk.header.snapshots and step.header.kind == container.CANO:
                 self.reference = walk.take(step)
         elif step.frame is None:
@@ -99,9 +99,9 @@ def _find_first(
         if step.is_frame and (start is None or (step.frame or 0) >= start):
             if start is None or (step.is_canonical and step.frame == start):
                 return step
-            _raise_no_keyframe(start, skipped.canonical, step, steps)
+            _raise_no_keyframe(start, skipped.last_keyframe, step, steps)
         skipped.add(step, walk)
-    hint = _describe_nearest_keyframes(skipped.canonical, None)
+    hint = _describe_nearest_keyframes(skipped.last_keyframe, None)
     message = f"the stream has no {'frames' if start is None else f'frame {start}'}{hint}"
     raise EditError(message)
 

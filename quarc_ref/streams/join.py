@@ -103,7 +103,7 @@ def _inspect_part(source: Source) -> _Part:
 
 def _require_joinable(first: _Part, part: _Part, number: int) -> None:
     """Raise EditError if a stream cannot be joined to the first."""
-    headers = [wire.parse_stream_header(each.head) for each in (first, part)]
+    headers = [wire.parse_stream_header(compared_part.head) for compared_part in (first, part)]
     differences = [
         f"{field.name} ({getattr(headers[0], field.name)} and {getattr(headers[1], field.name)})"
         for field in fields(StreamHeader)
@@ -143,12 +143,12 @@ class _StreamJoiner:
 
     def append(self, walk: FrameWalk) -> None:
         """Append the frames of a stream."""
-        first_frame, is_first = self._next_frame, True
+        start_frame, is_first_frame = self._next_frame, True
         for step in walk:
             if step.is_frame and step.frame is not None:
-                if is_first:
-                    self._frame_shift = 0 if first_frame is None else first_frame - step.frame
-                is_first = False
+                if is_first_frame:
+                    self._frame_shift = 0 if start_frame is None else start_frame - step.frame
+                is_first_frame = False
                 self._next_frame = self._joined_frame(step.frame) + 1
             if step.header.kind not in (container.CAME, container.META):
                 self._write(step, walk.take(step))
@@ -187,9 +187,9 @@ class _StreamJoiner:
 
 def _common_metadata(parts: Sequence[_Part]) -> dict[str, str]:
     """Return the entries that are the same in all streams, in the order of the first stream."""
-    entries = [part.metadata or {} for part in parts]
+    metadata_by_part = [part.metadata or {} for part in parts]
     return {
         key: text
-        for key, text in entries[0].items()
-        if all(other_entries.get(key) == text for other_entries in entries)
+        for key, text in metadata_by_part[0].items()
+        if all(part_metadata.get(key) == text for part_metadata in metadata_by_part)
     }

@@ -119,7 +119,7 @@ class _Recovery:
         return state.scene
 
     def _skip_damage(self, error: BitstreamError) -> Iterator[Gap]:
-        offset, header = error.offset or 0, self._reader.current
+        offset, header = error.offset or 0, self._reader.current_header
         if self._reader.is_past_tail and header is None:  # bytes follow TAIL
             self.is_finished = True
             size = self._source.size()

@@ -35,7 +35,7 @@ class _FaultyDecoder(ans.PythonBitDecoder):
 
 
 def _decode(cross_check_decoder):
-    decoder = cross_check_decoder.open(_WORDS)
+    decoder = cross_check_decoder.make_decoder(_WORDS)
     bits = decoder.take(60, 1 << 22)
     decoder.finish()
     return bits
@@ -75,7 +75,7 @@ def test_random_words_are_decoded_or_rejected_by_both(words, runs):
         return bits
 
     assert (
-        decode_or_reject(CrossChecker().open)
+        decode_or_reject(CrossChecker().make_decoder)
         == decode_or_reject(make_fastest_decoder)
         == decode_or_reject(ans.PythonBitDecoder)
     )
@@ -85,7 +85,7 @@ def test_the_second_decoder_is_used_only_within_its_context():
     default_type = type(make_bit_decoder(_WORDS))
     with use_bit_decoder(ans.PythonBitDecoder):
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
-        with use_bit_decoder(CrossChecker().open):
+        with use_bit_decoder(CrossChecker().make_decoder):
             assert type(make_bit_decoder(_WORDS)).__name__ == "_CrossCheckingBitDecoder"
         assert type(make_bit_decoder(_WORDS)) is ans.PythonBitDecoder
     assert type(make_bit_decoder(_WORDS)) is default_type

@@ -119,7 +119,7 @@ def _count_bits(*pairs: tuple[int, int]) -> ContextCounts:
 
 
 def answer_weight(zeros: str, ones: str) -> str:
-    return str(_count_bits((int(zeros), int(ones))).weights("model", np.array([0]))[0])
+    return str(_count_bits((int(zeros), int(ones))).compute_weights("model", np.array([0]))[0])
 
 
 def _pair(cell: str) -> tuple[int, int]:
@@ -129,7 +129,7 @@ def _pair(cell: str) -> tuple[int, int]:
 
 def answer_count(before: str, bits: str) -> str:
     counts = _count_bits(_pair(before), _pair(bits))
-    return join_values(counts._models["model"][:, 0].tolist())
+    return join_values(counts._counts_by_model["model"][:, 0].tolist())
 
 
 def answer_slow_count(before: str, bits: str) -> str:

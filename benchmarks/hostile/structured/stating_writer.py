@@ -35,7 +35,7 @@ class StatingWriter:
         distinct_contexts = np.unique(contexts)
         bits_by_context = [bits[contexts == context] for context in distinct_contexts]
         codes = [self._choose_code() for _ in distinct_contexts]
-        weights = self._counts.weights(model, distinct_contexts).tolist()
+        weights = self._counts.compute_weights(model, distinct_contexts).tolist()
         is_stated = [code is not None for code in codes]
         code_bits = [
             code >> bit_number & 1

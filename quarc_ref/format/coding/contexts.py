@@ -20,19 +20,19 @@ class ContextCounts:
     """
 
     def __init__(self) -> None:
-        self._models: dict[str, Int64] = {}
+        self._counts_by_model: dict[str, Int64] = {}
 
     def copy(self) -> "ContextCounts":
         """Return a copy of the counts."""
         duplicate = ContextCounts()
-        duplicate._models = dict(self._models)
+        duplicate._counts_by_model = dict(self._counts_by_model)
         return duplicate
 
     def look_up_counts(self, model: str, contexts: Int64) -> Int64:
         """Return the `[2, n]` counts of zeros and ones in ascending contexts `[n]` of a model."""
         return self._extended_counts(model, int(contexts[-1]))[:, contexts]
 
-    def weights(self, model: str, contexts: Int64) -> Int64:
+    def compute_weights(self, model: str, contexts: Int64) -> Int64:
         """Return the `[n]` weights of a 1 bit (out of 2^24) in ascending contexts of a model."""
         zeros, ones = self.look_up_counts(model, contexts)
         weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
@@ -52,11 +52,11 @@ class ContextCounts:
         while (over_limit := updated[0] + updated[1] > COUNT_LIMIT).any():
             updated[:, over_limit] >>= 1
         counts[:, contexts] = updated
-        self._models[model] = counts
+        self._counts_by_model[model] = counts
 
     def _extended_counts(self, model: str, max_context: int) -> Int64:
         """Return the `[2, c]` counts of a model, where c is greater than `max_context`."""
-        counts = self._models.get(model, _NO_COUNTS)
+        counts = self._counts_by_model.get(model, _NO_COUNTS)
         if max_context < counts.shape[1]:
             return counts
         extended = np.zeros((2, 2 * max_context + 1), dtype=np.int64)

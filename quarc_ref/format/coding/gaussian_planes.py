@@ -54,12 +54,12 @@ def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gau
     Args:
         gaussians: Gaussians in any order; the range of positions is below 2^20 steps per axis.
     """
-    minimum = gaussians.positions.min(axis=1)
+    origin = gaussians.positions.min(axis=1)
     order = order_canonical(gaussians.positions)
     ordered = Gaussians(
         gaussians.positions[:, order], gaussians.rotations[:, order], gaussians.codes[:, order]
     )
-    x, y, z = minimum.tolist()
+    x, y, z = origin.tolist()
     widest_range = int(np.ptp(gaussians.positions, axis=1).max())
     return (x, y, z), widest_range.bit_length(), ordered
 
@@ -235,8 +235,10 @@ def _code_colors(planes: Planes, name: str, rows: Int64) -> Int64:
 
 def _code_rotations(planes: Planes, name: str, rotations: Int64) -> Int64:
     contexts = np.zeros_like(rotations[0])
-    largest = code_fixed(planes, f"{name}, index", contexts, ROTATION_INDEX_BITS, rotations[0])
-    return np.concatenate([largest[None], _code_rows(planes, name, rotations[1:])])
+    largest_indices = code_fixed(
+        planes, f"{name}, index", contexts, ROTATION_INDEX_BITS, rotations[0]
+    )
+    return np.concatenate([largest_indices[None], _code_rows(planes, name, rotations[1:])])
 
 
 def _code_sh_rest(planes: Planes, name: str, rows: Int64) -> Int64:

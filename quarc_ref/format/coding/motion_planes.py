@@ -103,10 +103,12 @@ class _CoarserSums:
     magnitudes: Int64
 
     @classmethod
-    def zeros_above_coarsest(cls, parents: Int64, channels: int) -> "_CoarserSums":
+    def zeros_above_coarsest(cls, parents: Int64, channel_count: int) -> "_CoarserSums":
         """Return the sums before the coarsest level is coded, which are 0."""
         count = int(parents.max()) + 1
-        return cls(np.zeros((channels, count), dtype=np.int64), np.zeros(count, dtype=np.int64))
+        return cls(
+            np.zeros((channel_count, count), dtype=np.int64), np.zeros(count, dtype=np.int64)
+        )
 
     def add_level(self, parents: Int64, symbols: Int64) -> "_CoarserSums":
         """Return the sums that include the symbols of the next finer level."""
@@ -148,16 +150,16 @@ class _LevelCoder:
             np.bitwise_or.reduce(self._coarser.sums, axis=0) | self._coarser.magnitudes
         )
         parents_moving = has_coarser_motion[self._context.parents]
-        with_context = np.flatnonzero(
+        anchors_with_context = np.flatnonzero(
             np.bitwise_or.reduce(self._context.previous_motion, axis=0) | parents_moving
         )
-        parent_magnitudes = self._coarser.magnitudes[self._context.parents[with_context]]
-        expected = np.abs(self._expected_residuals(with_context)).sum(axis=0)
+        parent_magnitudes = self._coarser.magnitudes[self._context.parents[anchors_with_context]]
+        expected = np.abs(self._expected_residuals(anchors_with_context)).sum(axis=0)
         contexts = np.zeros(moving.size, dtype=np.int64)
-        contexts[with_context] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.classify(
+        contexts[anchors_with_context] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.classify(
             parent_magnitudes
         )
-        contexts[with_context] += _EXPECTED_CLASSES.classify(expected)
+        contexts[anchors_with_context] += _EXPECTED_CLASSES.classify(expected)
         return self._planes.code(f"{self._name}, moves", contexts, moving)
 
     def _code_nonzero(self, expected: Int64, values: Int64) -> Bits:
@@ -183,7 +185,9 @@ class _LevelCoder:
         remaining = np.arange(values.size)
         for plane in range(MAGNITUDE_PLANES):
             contexts = _ALONG_SIGN_CLASSES.classify(expected_along_sign[remaining] - plane)
-            contexts = contexts + _ALONG_SIGN_CLASSES.count * min(plane, _LAST_SEPARATE_PLANE)
+            contexts = contexts + _ALONG_SIGN_CLASSES.count * min(
+                plane, _LAST_PLANE_WITH_OWN_CONTEXTS
+            )
             is_larger = np.abs(values[remaining]) > plane + 1
             remaining = remaining[
                 self._planes.code(f"{self._name}, magnitude", contexts, is_larger)
@@ -192,9 +196,9 @@ class _LevelCoder:
         return np.where(negative, -magnitudes, magnitudes)
 
 
-def _name_channels(channels: int) -> list[str]:
+def _name_channels(channel_count: int) -> list[str]:
     """Return the word for each channel in model names; w exists only if there are 7 channels."""
-    return ["translation"] * 3 + ["w"] * (channels - 6) + ["rotation"] * 3
+    return ["translation"] * 3 + ["w"] * (channel_count - 6) + ["rotation"] * 3
 
 
 class _Classes:
@@ -216,7 +220,7 @@ class _Classes:
 
 _ZERO = np.int64(0)
 _MAX_CONTEXT_VALUE = 3
-_LAST_SEPARATE_PLANE = 2
+_LAST_PLANE_WITH_OWN_CONTEXTS = 2
 _PARENT_CLASSES = _Classes(1, 2, 4)
 _EXPECTED_CLASSES = _Classes(1, 2, 4, 8)
 _SIGN_CONTEXTS = _Classes(-7, -3, -1, 0, 1, 2, 4, 8)

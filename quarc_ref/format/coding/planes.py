@@ -69,7 +69,7 @@ class PlaneWriter:
         runs = _Runs.group(contexts)
         runs_of_bits = np.split(bits[runs.order], runs.starts[1:])
         zeros, ones = runs.count_zeros_and_ones(runs_of_bits)
-        weights = self._counts.weights(model, runs.contexts)
+        weights = self._counts.compute_weights(model, runs.contexts)
         codes = choose_codes(ones, runs.lengths)
         fitted_weights = np.array([weight_of_probability_code(code) for code in codes.tolist()])
         is_stated = saves_bits(zeros, ones, weights, fitted_weights)
@@ -117,7 +117,7 @@ class PlaneReader:
         codes = np.packbits(
             self._bit_decoder.take(CODE_BITS * int(is_stated.sum()), _EQUIPROBABLE_WEIGHT)
         )
-        weights = self._counts.weights(model, runs.contexts)
+        weights = self._counts.compute_weights(model, runs.contexts)
         weights[is_stated] = [weight_of_probability_code(code) for code in codes.tolist()]
         run_sizes = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
         runs_of_bits = [self._bit_decoder.take(count, weight) for count, weight in run_sizes]

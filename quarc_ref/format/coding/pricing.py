@@ -22,8 +22,8 @@ def saves_bits(zeros: Int64, ones: Int64, context_weights: Int64, fitted_weights
     Returns:
         `[n]` whether an explicit probability saves bits in each context.
     """
-    cost = CODE_BITS + np.log2(WEIGHT_TOTAL / STATED_WEIGHT)
+    cost_bits = CODE_BITS + np.log2(WEIGHT_TOTAL / STATED_WEIGHT)
     bits_per_one = np.log2(fitted_weights / context_weights)
     bits_per_zero = np.log2((WEIGHT_TOTAL - fitted_weights) / (WEIGHT_TOTAL - context_weights))
-    saved: Bits = ones * bits_per_one + zeros * bits_per_zero > cost
-    return saved
+    is_saving: Bits = ones * bits_per_one + zeros * bits_per_zero > cost_bits
+    return is_saving

@@ -87,13 +87,13 @@ def write_snapshot(
     """
     survivors = np.flatnonzero(canonical_indices >= 0)
     survivors = survivors[np.argsort(canonical_indices[survivors], kind="stable")]
-    rows = _compute_residuals(
+    rows = _subtract_canonical(
         _select_rows(gaussians, survivors), _select_rows(canonical, canonical_indices[survivors])
     )
-    is_codable = np.abs(rows).max(axis=0) <= _MAX_CHANGE
+    is_codable = np.abs(rows).max(axis=0) <= _MAX_DIFFERENCE
     is_codable &= (
-        gaussians.codes[_CODE_COUNT:, survivors]
-        == canonical.codes[_CODE_COUNT:, canonical_indices[survivors]]
+        gaussians.codes[_CODES_BEFORE_SH_REST:, survivors]
+        == canonical.codes[_CODES_BEFORE_SH_REST:, canonical_indices[survivors]]
     ).all(axis=0)
     survivors = survivors[is_codable]
     lives = np.zeros(canonical.count, dtype=np.bool_)
@@ -133,7 +133,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     placeholder_rows = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
     survivor_indices, rows = _code_survivors(reader, placeholder_lives, placeholder_rows)
     reader.finish()
-    survivors = _add_residuals(canonical, survivor_indices, rows)
+    survivors = _add_differences(canonical, survivor_indices, rows)
     code_planes = canonical.codes.shape[0]
     newborn = read_newborn(chunk, code_planes)
     gaussians = _concatenate(survivors, newborn)
@@ -148,7 +148,7 @@ def compute_differences(snapshot: Snapshot, canonical: Gaussians) -> Int64:
     """Return the `[SURVIVOR_ROWS, n]` differences of a snapshot's survivors from the CANO."""
     (survivors,) = np.nonzero(snapshot.canonical_indices >= 0)
     canonical_indices = snapshot.canonical_indices[survivors]
-    return _compute_residuals(
+    return _subtract_canonical(
         _select_rows(snapshot.gaussians, survivors), _select_rows(canonical, canonical_indices)
     )
 
@@ -176,10 +176,12 @@ def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
             coded[field, changed] = np.cumsum(steps, axis=1)
         elif name == "rotation":
             zeros = np.zeros(changed.size, dtype=np.int64)
-            largest = code_fixed(planes, "survivors, index", zeros, ROTATION_INDEX_BITS, values[0])
+            largest_indices = code_fixed(
+                planes, "survivors, index", zeros, ROTATION_INDEX_BITS, values[0]
+            )
             components = slice(field.start + 1, field.stop)
             coded[components, changed] = _code_rows(planes, components, values[1:])
-            coded[field.start, changed] = largest
+            coded[field.start, changed] = largest_indices
         else:
             coded[field, changed] = _code_rows(planes, field, values)
     return survivor_indices, coded
@@ -204,22 +206,22 @@ def _select_rows(gaussians: Gaussians, indices: Int64) -> Int64:
         [
             gaussians.positions[:, indices],
             gaussians.rotations[:, indices],
-            gaussians.codes[:_CODE_COUNT, indices],
+            gaussians.codes[:_CODES_BEFORE_SH_REST, indices],
         ]
     )
 
 
-def _compute_residuals(rows: Int64, canonical_rows: Int64) -> Int64:
+def _subtract_canonical(rows: Int64, canonical_rows: Int64) -> Int64:
     """Return the differences; a rotation whose index differs gets its own components instead."""
-    residuals = rows - canonical_rows
+    differences = rows - canonical_rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
-    index_changed = residuals[index] != 0
-    residuals[index] %= 1 << ROTATION_INDEX_BITS
-    residuals[components, index_changed] = rows[components, index_changed]
-    return residuals
+    index_changed = differences[index] != 0
+    differences[index] %= 1 << ROTATION_INDEX_BITS
+    differences[components, index_changed] = rows[components, index_changed]
+    return differences
 
 
-def _add_residuals(canonical: Gaussians, survivor_indices: Int64, rows: Int64) -> Gaussians:
+def _add_differences(canonical: Gaussians, survivor_indices: Int64, rows: Int64) -> Gaussians:
     """Add differences to the canonical Gaussians, and return the survivors."""
     sums = _select_rows(canonical, survivor_indices) + rows
     index, components = _ROTATION.start, slice(_ROTATION.start + 1, _ROTATION.stop)
@@ -227,7 +229,7 @@ def _add_residuals(canonical: Gaussians, survivor_indices: Int64, rows: Int64) -
     sums[index] %= 1 << ROTATION_INDEX_BITS
     sums[components, index_changed] = rows[components, index_changed]
     codes = canonical.codes[:, survivor_indices]
-    codes[:_CODE_COUNT] = sums[_ROTATION.stop :]
+    codes[:_CODES_BEFORE_SH_REST] = sums[_ROTATION.stop :]
     return Gaussians(sums[SURVIVOR_FIELDS["position"]], sums[_ROTATION], codes)
 
 
@@ -237,7 +239,9 @@ def _sort_morton(gaussians: Gaussians) -> Int64:
     Raises:
         SymbolRangeError: The frame is wider than a CANO can represent.
     """
-    offsets = gaussians.positions - gaussians.positions.min(axis=1, initial=_NO_MINIMUM)[:, None]
+    offsets = (
+        gaussians.positions - gaussians.positions.min(axis=1, initial=_ABOVE_ALL_POSITIONS)[:, None]
+    )
     if offsets.max(initial=0) >> AXIS_BITS_LIMIT:  # [7.9-4]
         message = f"a snapshot is wider than 2^{AXIS_BITS_LIMIT} position steps"
         raise SymbolRangeError(message)
@@ -262,6 +266,6 @@ def _select_gaussians(gaussians: Gaussians, indices: Int64) -> Gaussians:
 
 _DIFFERENCES_MODEL = "survivors, differences"
 _ROTATION = SURVIVOR_FIELDS["rotation"]
-_CODE_COUNT = 7  # the first codes of a Gaussian: all but SH rest
-_NO_MINIMUM = 1 << 62
-_MAX_CHANGE = (1 << 14) - 1  # so that differences of two such numbers fit Signed(CLASS_BITS)
+_CODES_BEFORE_SH_REST = 7  # the first codes of a Gaussian: all but SH rest
+_ABOVE_ALL_POSITIONS = 1 << 62
+_MAX_DIFFERENCE = (1 << 14) - 1  # so that differences of two such numbers fit Signed(CLASS_BITS)

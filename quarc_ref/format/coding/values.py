@@ -31,7 +31,7 @@ def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: I
     for bit_index in reversed(range(width)):
         prefix_contexts = (contexts << width) + prefix
         prefix = 2 * prefix + planes.code(
-            f"{name}, class", prefix_contexts, _get_bit(values, bit_index)
+            f"{name}, class", prefix_contexts, _get_bits(values, bit_index)
         )
     return prefix - (1 << width)
 
@@ -87,7 +87,7 @@ def _code_mantissas(
     mantissas = np.minimum(classes, 1)
     for depth in range(int(classes.max(initial=1)) - 1):
         with_bit = np.flatnonzero(classes > depth + 1)
-        bits = _get_bit(values[with_bit], classes[with_bit] - 2 - depth)
+        bits = _get_bits(values[with_bit], classes[with_bit] - 2 - depth)
         if depth < MODELLED_BITS:
             prefix_contexts = (contexts[with_bit] << MODELLED_BITS) + mantissas[with_bit]
             bits = planes.code(f"{name}, mantissa", prefix_contexts, bits)
@@ -97,5 +97,5 @@ def _code_mantissas(
     return mantissas
 
 
-def _get_bit(values: Int64, index: Int64 | int) -> Bits:
+def _get_bits(values: Int64, index: Int64 | int) -> Bits:
     return ((values >> index) & 1).astype(np.bool_)

@@ -33,7 +33,7 @@ def test_the_weight_follows_from_the_counts_which_are_halved_when_too_large(plan
             for (a, b), (c, d) in zip(expected_counts, plane, strict=True)
         ]
 
-    weights = _count_planes(*planes).weights("some", _CONTEXTS)
+    weights = _count_planes(*planes).compute_weights("some", _CONTEXTS)
 
     assert weights.tolist() == [_weight(*counts) for counts in expected_counts]
 
@@ -46,26 +46,26 @@ def _halve_counts(zeros, ones):
 
 @given(_BIT_COUNTS)
 def test_a_weight_leaves_probability_for_both_bits(plane):
-    weights = _count_planes(plane).weights("some", _CONTEXTS)
+    weights = _count_planes(plane).compute_weights("some", _CONTEXTS)
 
     assert 0 < weights.min() <= weights.max() < WEIGHT_TOTAL
 
 
 def test_a_new_context_gives_both_bits_the_same_probability():
-    assert _count_planes([(9, 0)] * 3).weights("other", np.array([7])).tolist() == [
+    assert _count_planes([(9, 0)] * 3).compute_weights("other", np.array([7])).tolist() == [
         WEIGHT_TOTAL // 2
     ]
-    assert _count_planes([(9, 0)] * 3).weights("some", np.array([6, 9000])).tolist() == (
+    assert _count_planes([(9, 0)] * 3).compute_weights("some", np.array([6, 9000])).tolist() == (
         [WEIGHT_TOTAL // 2] * 2
     )
 
 
 def test_a_copy_is_independent():
     original = _count_planes([(3, 1)] * 3)
-    initial_weights = original.weights("some", _CONTEXTS).tolist()
+    initial_weights = original.compute_weights("some", _CONTEXTS).tolist()
 
     duplicate = original.copy()
     duplicate.add_bits("some", _CONTEXTS, np.array([0, 0, 0]), np.array([50, 50, 50]))
 
-    assert original.weights("some", _CONTEXTS).tolist() == initial_weights
-    assert duplicate.weights("some", _CONTEXTS).tolist() != initial_weights
+    assert original.compute_weights("some", _CONTEXTS).tolist() == initial_weights
+    assert duplicate.compute_weights("some", _CONTEXTS).tolist() != initial_weights

@@ -72,7 +72,7 @@ def test_planes_of_one_section_learn_from_each_other():
 
     _, counts = _read(_write(planes, ContextCounts()), planes, ContextCounts())
 
-    assert counts.weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 404]
+    assert counts.compute_weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 404]
 
 
 def test_a_stated_code_that_is_undefined_is_rejected():
@@ -105,7 +105,7 @@ def test_raw_bits_cost_one_bit_each_and_adapt_nothing():
 
     assert section.words.size == 3
     assert reader.code_raw(np.zeros(64, dtype=bool)).tolist() == bits.tolist()
-    assert reader.finish().weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 2]
+    assert reader.finish().compute_weights("some", np.array([0])).tolist() == [WEIGHT_TOTAL // 2]
 
 
 def test_a_plane_without_elements_costs_nothing():
