@@ -10,6 +10,7 @@ import numpy as np
 
 from quarc_ref.synth import texture_kernels as patterns
 from quarc_ref.synth.paints import Paint, Palette, mix
+from quarc_ref.synth.scene_arrays import Room
 from quarc_ref.synth.solids import (
     Matrix,
     Solid,
@@ -22,7 +23,6 @@ from quarc_ref.synth.solids import (
     rotate_z,
     translate,
 )
-from quarc_ref.synth.stage import Room
 
 _PERIOD_SECONDS = 3.0
 _OPENING_SECONDS = (0.05, 0.50)  # from the start of a period
@@ -185,8 +185,8 @@ def _make_blocks(phase: float, palette: Palette) -> list[Solid]:
 
 
 def _make_cushion(palette: Palette) -> list[Solid]:
-    tint, dark = palette.toy_colors[1], mix(palette.toy_colors[1], palette.dark, 0.4)
-    paint = Paint(patterns.STRIPES, tint, dark, tint, 0.13)
+    tint, dark_tint = palette.toy_colors[1], mix(palette.toy_colors[1], palette.dark, 0.4)
+    paint = Paint(patterns.STRIPES, tint, dark_tint, tint, 0.13)
     pose = translate(-2.75, 0.2, -0.55) @ rotate_z(0.15)
     return [ellipsoid(pose, (0.48, 0.24, 0.48), paint)]
 
@@ -196,8 +196,8 @@ def _make_plant(phase: float, palette: Palette) -> list[Solid]:
     pot_paint = Paint(
         patterns.STRIPES, palette.toy_colors[0], palette.light, palette.light, 0.2, 0.25, 0.1
     )
-    green, dark = (0.16, 0.36, 0.10), (0.07, 0.2, 0.06)
-    leaf_paint = Paint(patterns.WOOD, green, dark, dark, 0.5, phase, 0.15)
+    light_green, dark_green = (0.16, 0.36, 0.10), (0.07, 0.2, 0.06)
+    leaf_paint = Paint(patterns.WOOD, light_green, dark_green, dark_green, 0.5, phase, 0.15)
     leaves = []
     for index in range(9):
         leaf_rotation = rotate_y(2.4 * index + phase) @ rotate_x(0.25 + 0.11 * index)

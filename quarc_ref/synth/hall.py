@@ -11,8 +11,8 @@ import numpy as np
 from quarc_ref.synth import texture_kernels as patterns
 from quarc_ref.synth.furniture import make_room
 from quarc_ref.synth.paints import Paint, Palette
+from quarc_ref.synth.scene_arrays import Room
 from quarc_ref.synth.solids import Solid, ball, translate
-from quarc_ref.synth.stage import Room
 
 _LAMP_LIGHT = (13.0, 12.2, 11.0)
 _BLACK = (0.006, 0.006, 0.007)

@@ -32,9 +32,9 @@ _AMBIENT_RANGE = 0.55  # meters; solids within this distance block ambient light
 
 def _spread_points() -> NDArray[np.float64]:
     """Return `[9, 2]` points in the unit square, one in each cell of a 3 x 3 grid."""
-    order = np.arange(SAMPLE_COUNT)
-    transposed = order % _GRID_SIDE * _GRID_SIDE + order // _GRID_SIDE
-    return (np.stack((order, transposed), axis=1) + 0.5) / SAMPLE_COUNT
+    indices = np.arange(SAMPLE_COUNT)
+    transposed_indices = indices % _GRID_SIDE * _GRID_SIDE + indices // _GRID_SIDE
+    return (np.stack((indices, transposed_indices), axis=1) + 0.5) / SAMPLE_COUNT
 
 
 def _sample_hemisphere() -> NDArray[np.float64]:
@@ -48,18 +48,18 @@ _SAMPLE_DIRECTIONS = _sample_hemisphere()
 
 
 @inlined_kernel
-def list_occluders(stage, occluders, occluder_counts, center, radius):
+def list_occluders(scene_arrays, occluders, occluder_counts, center, radius):
     """List the solids that can cast shadows on points within a sphere.
 
     Args:
-        stage: Stage from `pack_stage`.
+        scene_arrays: Arrays from `pack_scene_arrays`.
         occluders: `[L + 1, S]` output: row i lists the indices of the solids that can block lamp i,
             and the last row lists those that can block the ambient light.
         occluder_counts: `[L + 1]` output: numbers of solids in the rows of `occluders`.
         center: Center of the sphere, three numbers.
         radius: Radius of the sphere.
     """
-    lights, radius = stage.lights, radius + _SURFACE_OFFSET
+    lights, radius = scene_arrays.lights, radius + _SURFACE_OFFSET
     for lamp in range(lights.shape[0]):
         x = abs(lights[lamp, 3]) + abs(lights[lamp, 6])
         y = abs(lights[lamp, 4]) + abs(lights[lamp, 7])
@@ -67,34 +67,34 @@ def list_occluders(stage, occluders, occluder_counts, center, radius):
         end = (lights[lamp, 0], lights[lamp, 1], lights[lamp, 2])
         end_radius = max(radius, math.sqrt(x * x + y * y + z * z))
         occluder_counts[lamp] = list_candidates(
-            stage, occluders[lamp], center, radius, end, end_radius
+            scene_arrays, occluders[lamp], center, radius, end, end_radius
         )
     ambient_index, ambient_radius = lights.shape[0], radius + _AMBIENT_RANGE
     occluder_counts[ambient_index] = list_candidates(
-        stage, occluders[ambient_index], center, ambient_radius, center, ambient_radius
+        scene_arrays, occluders[ambient_index], center, ambient_radius, center, ambient_radius
     )
 
 
 @inlined_kernel
-def reflect_light(stage, occluders, occluder_counts, ray, hit_distance, surface, sample):
+def reflect_light(scene_arrays, occluders, occluder_counts, ray, hit_distance, surface, sample):
     """Return the light that a surface reflects along a ray, in linear RGB.
 
     Args:
-        stage: Stage from `pack_stage`.
+        scene_arrays: Arrays from `pack_scene_arrays`.
         occluders: Solids from `list_occluders`.
         occluder_counts: Numbers of solids from `list_occluders`.
         ray: Origin and unit direction of the ray, six numbers.
         hit_distance: Distance to the hit surface.
-        surface: Row of the surface in `Stage.paints`.
+        surface: Row of the surface in `SceneArrays.paints`.
         sample: Index of the ray within its pixel.
     """
-    paints, lights = stage.paints, stage.lights
+    paints, lights = scene_arrays.paints, scene_arrays.lights
     x, y, z = (
         ray[0] + hit_distance * ray[3],
         ray[1] + hit_distance * ray[4],
         ray[2] + hit_distance * ray[5],
     )
-    spot, normal = _locate_spot(stage.solids, surface, x, y, z)
+    spot, normal = _locate_spot(scene_arrays.solids, surface, x, y, z)
     albedo = evaluate_paint(paints, surface, spot)
     origin = (
         x + _SURFACE_OFFSET * normal[0],
@@ -102,14 +102,14 @@ def reflect_light(stage, occluders, occluder_counts, ray, hit_distance, surface,
         z + _SURFACE_OFFSET * normal[2],
     )
     r, g, b = _compute_ambient_light(
-        stage, occluders, occluder_counts, origin, normal, (7 * sample + 1) % SAMPLE_COUNT
+        scene_arrays, occluders, occluder_counts, origin, normal, (7 * sample + 1) % SAMPLE_COUNT
     )
     glow = paints[surface, 12]
     r, g, b = albedo[0] * (r + glow), albedo[1] * (g + glow), albedo[2] * (b + glow)
     for lamp in range(lights.shape[0]):
         point_index = (5 + 6 * lamp) * sample % SAMPLE_COUNT
         diffuse, specular = _compute_lamp_light(
-            stage, occluders, occluder_counts, lamp, origin, normal, ray, point_index
+            scene_arrays, occluders, occluder_counts, lamp, origin, normal, ray, point_index
         )
         specular *= paints[surface, 11]
         r += lights[lamp, 9] * (diffuse * albedo[0] + specular)
@@ -146,9 +146,11 @@ def _normalize(x, y, z):
 
 
 @inlined_kernel
-def _compute_lamp_light(stage, occluders, occluder_counts, lamp, origin, normal, ray, point_index):
+def _compute_lamp_light(
+    scene_arrays, occluders, occluder_counts, lamp, origin, normal, ray, point_index
+):
     """Return the diffuse and the specular light that comes from a sample point of a lamp."""
-    lights = stage.lights
+    lights = scene_arrays.lights
     a, b = 2 * SAMPLE_POINTS[point_index, 0] - 1, 2 * SAMPLE_POINTS[point_index, 1] - 1
     x = lights[lamp, 0] + a * lights[lamp, 3] + b * lights[lamp, 6] - origin[0]
     y = lights[lamp, 1] + a * lights[lamp, 4] + b * lights[lamp, 7] - origin[1]
@@ -160,7 +162,7 @@ def _compute_lamp_light(stage, occluders, occluder_counts, lamp, origin, normal,
     if incident_cosine <= 0 or emission_cosine <= 0:
         return 0.0, 0.0
     if is_occluded(
-        stage.solids, occluders[lamp], occluder_counts[lamp], (*origin, x, y, z), distance
+        scene_arrays.solids, occluders[lamp], occluder_counts[lamp], (*origin, x, y, z), distance
     ):
         return 0.0, 0.0
     diffuse = incident_cosine * emission_cosine / (distance * distance)
@@ -172,13 +174,15 @@ def _compute_lamp_light(stage, occluders, occluder_counts, lamp, origin, normal,
 
 
 @inlined_kernel
-def _compute_ambient_light(stage, occluders, occluder_counts, origin, normal, sample):
+def _compute_ambient_light(
+    scene_arrays, occluders, occluder_counts, origin, normal, direction_index
+):
     """Return the ambient light, which is weaker near other solids."""
-    x, y, z = _rotate_sample(normal, sample)
-    ray, ambient_index = (*origin, x, y, z), stage.lights.shape[0]
-    wall_distance, _ = find_wall_hit(stage.room, ray)
+    x, y, z = _rotate_sample(normal, direction_index)
+    ray, ambient_index = (*origin, x, y, z), scene_arrays.lights.shape[0]
+    wall_distance, _ = find_wall_hit(scene_arrays.room, ray)
     free_distance, _ = find_nearest_hit(
-        stage.solids,
+        scene_arrays.solids,
         occluders[ambient_index],
         occluder_counts[ambient_index],
         ray,
@@ -191,14 +195,14 @@ def _compute_ambient_light(stage, occluders, occluder_counts, origin, normal, sa
         (1 - up_share) * free_distance / _AMBIENT_RANGE,
     )
     return (
-        upper_weight * stage.ambient[0, 0] + lower_weight * stage.ambient[1, 0],
-        upper_weight * stage.ambient[0, 1] + lower_weight * stage.ambient[1, 1],
-        upper_weight * stage.ambient[0, 2] + lower_weight * stage.ambient[1, 2],
+        upper_weight * scene_arrays.ambient[0, 0] + lower_weight * scene_arrays.ambient[1, 0],
+        upper_weight * scene_arrays.ambient[0, 1] + lower_weight * scene_arrays.ambient[1, 1],
+        upper_weight * scene_arrays.ambient[0, 2] + lower_weight * scene_arrays.ambient[1, 2],
     )
 
 
 @inlined_kernel
-def _rotate_sample(normal, sample):
+def _rotate_sample(normal, direction_index):
     """Return a sample direction, rotated to the hemisphere above a surface."""
     if abs(normal[1]) < 0.9:
         tx, ty, tz = _normalize(normal[2], 0.0, -normal[0])
@@ -208,9 +212,9 @@ def _rotate_sample(normal, sample):
     by = normal[2] * tx - normal[0] * tz
     bz = normal[0] * ty - normal[1] * tx
     a, b, c = (
-        _SAMPLE_DIRECTIONS[sample, 0],
-        _SAMPLE_DIRECTIONS[sample, 1],
-        _SAMPLE_DIRECTIONS[sample, 2],
+        _SAMPLE_DIRECTIONS[direction_index, 0],
+        _SAMPLE_DIRECTIONS[direction_index, 1],
+        _SAMPLE_DIRECTIONS[direction_index, 2],
     )
     return (
         a * tx + b * bx + c * normal[0],

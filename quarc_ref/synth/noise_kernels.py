@@ -47,8 +47,8 @@ def noise(x, y, z):
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = ramp(x - i, 0.0, 1.0), ramp(y - j, 0.0, 1.0), ramp(z - k, 0.0, 1.0)
     i, j, k = int(i), int(j), int(k)
-    near = _interpolate_plane(i, j, k, u, v)
-    return near + w * (_interpolate_plane(i, j, k + 1, u, v) - near)
+    lower_plane_value = _interpolate_plane(i, j, k, u, v)
+    return lower_plane_value + w * (_interpolate_plane(i, j, k + 1, u, v) - lower_plane_value)
 
 
 @kernel

@@ -29,7 +29,7 @@ _CONE_TO_LINEAR = np.array(
         [-0.0041960863, -0.7034186147, 1.7076147010],
     ]
 )
-_DARKEST, _BRIGHTEST = 0.01, 0.92
+_MIN_COMPONENT, _MAX_COMPONENT = 0.01, 0.92
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,19 +87,19 @@ def oklab_to_linear(lightness: float, chroma: float, hue: float) -> Color:
     """Convert an Oklab color, whose hue is in turns, to linear RGB."""
     angle = 2 * math.pi * hue
     lab = np.array([lightness, chroma * math.cos(angle), chroma * math.sin(angle)])
-    linear = np.clip(_CONE_TO_LINEAR @ (_OKLAB_TO_CONE @ lab) ** 3, _DARKEST, _BRIGHTEST)
+    linear = np.clip(_CONE_TO_LINEAR @ (_OKLAB_TO_CONE @ lab) ** 3, _MIN_COMPONENT, _MAX_COMPONENT)
     return float(linear[0]), float(linear[1]), float(linear[2])
 
 
 def choose_palette(seed: int) -> Palette:
     """Choose the colors of a scene from a seed."""
     first_toy_hue, wall_hue, wood_tone, brick_tone = draw_uniform(seed, "palette", 4)
-    lightness = (0.66, 0.78, 0.62, 0.70, 0.58, 0.64)
+    toy_lightnesses = (0.66, 0.78, 0.62, 0.70, 0.58, 0.64)
     wood_hue = 0.15 + 0.05 * wood_tone
     brick_hue = 0.08 + 0.12 * brick_tone
     return Palette(
         toy_colors=tuple(
-            oklab_to_linear(lightness[i], 0.14, first_toy_hue + i / 6) for i in range(6)
+            oklab_to_linear(toy_lightnesses[i], 0.14, first_toy_hue + i / 6) for i in range(6)
         ),
         light=oklab_to_linear(0.95, 0.015, wall_hue),
         dark=oklab_to_linear(0.28, 0.03, wall_hue),

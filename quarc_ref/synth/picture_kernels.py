@@ -63,20 +63,24 @@ def paint_screen(colors, wipe, x, y):
 
 @kernel
 def _paint_disk_and_bars(colors, x, y):
-    ground, figures, accent = colors
+    background, shape_color, accent_color = colors
     if math.hypot(1.4 * (x + 0.42), y) < 0.55:
-        return accent if math.hypot(1.4 * (x + 0.42), y) < 0.25 else figures
-    height = -0.5 + 0.45 * math.floor(5 * (x - 0.15)) / 2
-    bar = 5 * (x - 0.15) - math.floor(5 * (x - 0.15))
-    is_in_bar = x > 0.15 and -0.7 < y < height and 0.15 < bar < 0.85
-    return figures if is_in_bar else ground
+        return accent_color if math.hypot(1.4 * (x + 0.42), y) < 0.25 else shape_color
+    bar_top = -0.5 + 0.45 * math.floor(5 * (x - 0.15)) / 2
+    bar_position = 5 * (x - 0.15) - math.floor(5 * (x - 0.15))
+    is_in_bar = x > 0.15 and -0.7 < y < bar_top and 0.15 < bar_position < 0.85
+    return shape_color if is_in_bar else background
 
 
 @kernel
 def _paint_star_and_waves(colors, x, y):
-    ground, figures, accent = colors
+    background, shape_color, accent_color = colors
     r, angle = math.hypot(1.5 * (x - 0.3), y), math.atan2(y, 1.5 * (x - 0.3))
     if r < 0.42 + 0.16 * math.cos(5 * angle):
-        return ground
-    wave = 2.2 * (y + 0.18 * math.sin(4 * x))
-    return accent if (wave - math.floor(wave)) < 0.5 else shade(figures, 0.6)
+        return background
+    wave_position = 2.2 * (y + 0.18 * math.sin(4 * x))
+    return (
+        accent_color
+        if (wave_position - math.floor(wave_position)) < 0.5
+        else shade(shape_color, 0.6)
+    )

@@ -1,4 +1,4 @@
-"""Kernels that render a stage with nine rays per pixel, which are averaged in linear light."""
+"""Kernels that render a scene with nine rays per pixel, which are averaged in linear light."""
 
 # mypy: allow-untyped-defs
 
@@ -17,17 +17,17 @@ _EXPOSURE = 1.35
 
 
 @entry_kernel
-def render_picture(stage, camera, picture, depths):
+def render_picture(scene_arrays, camera, picture, depths):
     """Render a picture and compute the depth range of each pixel.
 
     Args:
-        stage: Stage from `pack_stage`.
+        scene_arrays: Arrays from `pack_scene_arrays`.
         camera: `[15]` center; directions right, down and forward; focal length in pixels; principal
             point in pixels.
         picture: `[H, W, 3]` float64 output: linear light from 0 to 1.
         depths: `[H, W, 2]` output: minimum and maximum depth.
     """
-    lamp_count, solid_count = stage.lights.shape[0], stage.solids.shape[0]
+    lamp_count, solid_count = scene_arrays.lights.shape[0], scene_arrays.solids.shape[0]
     candidates = np.empty(solid_count, dtype=np.int64)
     occluders = np.empty((lamp_count + 1, solid_count), dtype=np.int64)
     occluder_counts = np.empty(lamp_count + 1, dtype=np.int64)
@@ -36,10 +36,10 @@ def render_picture(stage, camera, picture, depths):
     for row in range(picture.shape[0]):
         for column in range(picture.shape[1]):
             min_depth, max_depth = _cast_pixel(
-                stage, camera, column, row, candidates, hit_distances, hit_surfaces
+                scene_arrays, camera, column, row, candidates, hit_distances, hit_surfaces
             )
             r, g, b = _light_pixel(
-                stage,
+                scene_arrays,
                 camera,
                 column,
                 row,
@@ -54,15 +54,20 @@ def render_picture(stage, camera, picture, depths):
 
 
 @entry_kernel
-def measure_depths(stage, camera, pixels, depths):
+def measure_depths(scene_arrays, camera, pixels, depths):
     """Compute the depths `[N]`, in meters, at the pixel positions `[N, 2]` (x, y)."""
-    candidates = np.empty(stage.solids.shape[0], dtype=np.int64)
+    candidates = np.empty(scene_arrays.solids.shape[0], dtype=np.int64)
     for i in range(depths.size):
         ray, depth_ratio = _cast_ray(camera, pixels[i, 0], pixels[i, 1])
-        count = list_candidates(
-            stage, candidates, _point_on_ray(ray, 0.0), 0.0, _point_on_ray(ray, _MAX_DISTANCE), 0.0
+        candidate_count = list_candidates(
+            scene_arrays,
+            candidates,
+            _point_on_ray(ray, 0.0),
+            0.0,
+            _point_on_ray(ray, _MAX_DISTANCE),
+            0.0,
         )
-        distance, _ = _find_first_surface(stage, candidates, count, ray)
+        distance, _ = _find_first_surface(scene_arrays, candidates, candidate_count, ray)
         depths[i] = distance * depth_ratio
 
 
@@ -90,29 +95,34 @@ def _cast_ray(camera, u, v):
 
 
 @kernel
-def _point_on_ray(ray, t):
-    return ray[0] + t * ray[3], ray[1] + t * ray[4], ray[2] + t * ray[5]
+def _point_on_ray(ray, distance):
+    return ray[0] + distance * ray[3], ray[1] + distance * ray[4], ray[2] + distance * ray[5]
 
 
 @kernel
-def _find_first_surface(stage, candidates, count, ray):
-    wall_distance, face = find_wall_hit(stage.room, ray)
+def _find_first_surface(scene_arrays, candidates, candidate_count, ray):
+    wall_distance, face = find_wall_hit(scene_arrays.room, ray)
     return find_nearest_hit(
-        stage.solids, candidates, count, ray, wall_distance, stage.solids.shape[0] + face
+        scene_arrays.solids,
+        candidates,
+        candidate_count,
+        ray,
+        wall_distance,
+        scene_arrays.solids.shape[0] + face,
     )
 
 
 @kernel
-def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfaces):
+def _cast_pixel(scene_arrays, camera, column, row, candidates, hit_distances, hit_surfaces):
     """Store the distances and the surfaces that a pixel's rays hit; return the depth range."""
-    axis, _ = _cast_ray(camera, column + 0.5, row + 0.5)
+    center_ray, _ = _cast_ray(camera, column + 0.5, row + 0.5)
     cone_radius = _MAX_DISTANCE * math.sqrt(0.5) / camera[12]
-    count = list_candidates(
-        stage,
+    candidate_count = list_candidates(
+        scene_arrays,
         candidates,
-        _point_on_ray(axis, 0.0),
+        _point_on_ray(center_ray, 0.0),
         0.0,
-        _point_on_ray(axis, _MAX_DISTANCE),
+        _point_on_ray(center_ray, _MAX_DISTANCE),
         cone_radius,
     )
     min_depth, max_depth = MISS, 0.0
@@ -121,7 +131,7 @@ def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfa
             camera, column + SAMPLE_POINTS[sample, 0], row + SAMPLE_POINTS[sample, 1]
         )
         hit_distances[sample], hit_surfaces[sample] = _find_first_surface(
-            stage, candidates, count, ray
+            scene_arrays, candidates, candidate_count, ray
         )
         min_depth, max_depth = (
             min(min_depth, hit_distances[sample] * depth_ratio),
@@ -132,7 +142,7 @@ def _cast_pixel(stage, camera, column, row, candidates, hit_distances, hit_surfa
 
 @kernel
 def _light_pixel(
-    stage,
+    scene_arrays,
     camera,
     column,
     row,
@@ -145,7 +155,7 @@ def _light_pixel(
     """Return the mean recorded light of a pixel's rays, in linear RGB.
 
     Args:
-        stage: Stage from `pack_stage`.
+        scene_arrays: Arrays from `pack_scene_arrays`.
         camera: `[15]` camera; see `render_picture`.
         column: Column of the pixel.
         row: Row of the pixel.
@@ -155,7 +165,7 @@ def _light_pixel(
         occluders: Solids from `list_occluders`.
         occluder_counts: Numbers of solids from `list_occluders`.
         hit_distances: `[9]` distances to the points that the rays hit.
-        hit_surfaces: `[9]` rows, in `Stage.paints`, of the surfaces that the rays hit.
+        hit_surfaces: `[9]` rows, in `SceneArrays.paints`, of the surfaces that the rays hit.
     """
     r, g, b = 0.0, 0.0, 0.0
     for sample in range(SAMPLE_COUNT):
@@ -167,9 +177,9 @@ def _light_pixel(
             z - patch_center[2]
         ) ** 2 > _PATCH_RADIUS * _PATCH_RADIUS:
             patch_center[0], patch_center[1], patch_center[2] = x, y, z
-            list_occluders(stage, occluders, occluder_counts, (x, y, z), _PATCH_RADIUS)
+            list_occluders(scene_arrays, occluders, occluder_counts, (x, y, z), _PATCH_RADIUS)
         light = reflect_light(
-            stage,
+            scene_arrays,
             occluders,
             occluder_counts,
             ray,

@@ -19,7 +19,7 @@ _ARC_RADIUS = 3.45
 _CAMERA_HEIGHTS = (1.15, 1.75)
 _TARGET = np.array([0.0, 0.72, -0.1])
 _HALF_FIELD_OF_VIEW = math.radians(25.5)
-_STAGE_HALF_FIELD_OF_VIEW = math.radians(36)
+_HALL_HALF_FIELD_OF_VIEW = math.radians(36)
 _JITTER_RANGE = 0.06  # meters; range of the random offsets of positions and targets
 _NEAR_FACTOR, _FAR_FACTOR = 0.95, 1.02
 
@@ -72,9 +72,9 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
     """Return the held-out camera, then the training cameras from left to right."""
     training_angles = (np.arange(options.cameras) / (options.cameras - 1) - 0.5) * _ARC_ANGLE
     left_neighbor = (options.cameras - 1) // 2
-    held_out = (training_angles[left_neighbor] + training_angles[left_neighbor + 1]) / 2
+    held_out_angle = (training_angles[left_neighbor] + training_angles[left_neighbor + 1]) / 2
     heights = [_CAMERA_HEIGHTS[i % 2] for i in range(options.cameras)]
-    angles = (held_out, *training_angles)
+    angles = (held_out_angle, *training_angles)
     jitter = draw_uniform(options.seed, "cameras", 6 * len(angles)).reshape(-1, 6) - 0.5
     color_matrices = _make_color_matrices(len(angles), options)
     camera_parameters = zip(
@@ -87,8 +87,8 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
 
 
 def _make_color_matrices(count: int, options: SynthOptions) -> Float64:
-    """Return `[count, 3, 3]` color matrices, all of them the identity if `camera_spread` is 0."""
-    spread = options.scene_variant.camera_spread
+    """Return `[count, 3, 3]` color matrices, all identity if `camera_gain_spread` is 0."""
+    spread = options.scene_variant.camera_gain_spread
     random_numbers = make_generator(options.seed, "films").standard_normal((count, 4, 3))
     gains = np.exp(spread * (0.95 * random_numbers[:, 0, :1] + 0.3 * random_numbers[:, 1]))
     return np.eye(3) * gains[:, None] + spread / 10 * random_numbers[:, 1:]
@@ -107,7 +107,7 @@ def _make_camera(
     right = right / np.linalg.norm(right)
     axes = np.stack((right, np.cross(forward, right), forward))
     half_field_of_view = (
-        _STAGE_HALF_FIELD_OF_VIEW if options.scene_variant.is_stage else _HALF_FIELD_OF_VIEW
+        _HALL_HALF_FIELD_OF_VIEW if options.scene_variant.is_hall else _HALF_FIELD_OF_VIEW
     )
     focal = options.width / (2 * math.tan(half_field_of_view))
     return RigCamera(center, axes, focal, options.width, options.height, color_matrix)

@@ -96,9 +96,9 @@ def paint_wallpaper(colors, phase, x, y):
     """Return the color of a wall; `colors` are two wallpaper colors and a paneling color."""
     if y < _PANELING_HEIGHT:
         return _add_skirting(_paint_paneling(colors, x, y), y)
-    stripe = (x + phase) / _STRIPE_WIDTH
-    column = math.floor(stripe)
-    stripe_offset = stripe - column - 0.5
+    stripe_position = (x + phase) / _STRIPE_WIDTH
+    column = math.floor(stripe_position)
+    stripe_offset = stripe_position - column - 0.5
     figure_position = y / _STRIPE_WIDTH + 0.5 * (int(column) % 2)
     figure_distance = math.hypot(stripe_offset, figure_position - math.floor(figure_position) - 0.5)
     paper = colors[0] if int(column) % 2 else blend(colors[0], colors[1], 0.6)
@@ -109,9 +109,11 @@ def paint_wallpaper(colors, phase, x, y):
 def _paint_paneling(colors, x, y):
     if y > _PANELING_HEIGHT - 0.05:
         return shade(colors[2], 1.04)
-    column = x / 0.5 - math.floor(x / 0.5)
+    panel_position = x / 0.5 - math.floor(x / 0.5)
     rim_distance = min(
-        min(column, 1 - column) * 0.5, _PANELING_HEIGHT - 0.05 - y, y - _SKIRTING_HEIGHT
+        min(panel_position, 1 - panel_position) * 0.5,
+        _PANELING_HEIGHT - 0.05 - y,
+        y - _SKIRTING_HEIGHT,
     )
     return shade(colors[2], 0.86 - 0.28 * (1 - ramp(abs(rim_distance - 0.075), 0.008, 0.025)))
 

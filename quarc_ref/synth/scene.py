@@ -21,8 +21,8 @@ from quarc_ref.synth.hall import make_hall, make_small_lamps
 from quarc_ref.synth.options import draw_uniform
 from quarc_ref.synth.paints import Palette, choose_palette
 from quarc_ref.synth.robot import make_robot
+from quarc_ref.synth.scene_arrays import SceneArrays, pack_scene_arrays
 from quarc_ref.synth.solids import Solid
-from quarc_ref.synth.stage import Stage, pack_stage
 from quarc_ref.synth.toys import (
     make_ball,
     make_balloon,
@@ -34,7 +34,7 @@ from quarc_ref.synth.toys import (
 from quarc_ref.synth.variants import PLAYROOM, Variant
 
 _BASE_TEMPO = 0.75  # seconds in the scene per second of the video
-_MAX_DELAY = 0.1  # seconds; maximum random delay of door and screen
+_MAX_DELAY_SECONDS = 0.1  # maximum random delay of the door; that of the screen is twice as long
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,18 +52,18 @@ class Scene:
     phases: tuple[float, ...]
     variant: Variant
 
-    def at_time(self, time: float) -> Stage:
-        """Return the stage at a given time of the video, in seconds."""
+    def at_time(self, time: float) -> SceneArrays:
+        """Return the arrays of the scene at a given time of the video, in seconds."""
         time = _BASE_TEMPO * self.variant.tempo * time
-        return self._build_hall(time) if self.variant.is_stage else self._build_playroom(time)
+        return self._build_hall(time) if self.variant.is_hall else self._build_playroom(time)
 
-    def _build_hall(self, time: float) -> Stage:
+    def _build_hall(self, time: float) -> SceneArrays:
         robot_phase, pattern_phase = self.phases[5], self.phases[8]
         groups = [*make_robot(time, robot_phase, self.palette), make_small_lamps()]
         hall = make_hall(pattern_phase, self.palette, is_dark=self.variant.is_dark)
-        return pack_stage(groups, hall)
+        return pack_scene_arrays(groups, hall)
 
-    def _build_playroom(self, time: float) -> Stage:
+    def _build_playroom(self, time: float) -> SceneArrays:
         palette = self.palette
         (
             ball_phase,
@@ -83,16 +83,18 @@ class Scene:
             make_blob(time, blob_phase, palette),
             *make_train(time, train_phase, palette),
             make_mobile(time, mobile_phase, palette),
-            make_cabinet(compute_opening(time, _MAX_DELAY * door_phase), pattern_phase, palette),
-            make_screen(compute_opening(time, _MAX_DELAY * (1 + screen_phase)), palette),
+            make_cabinet(
+                compute_opening(time, _MAX_DELAY_SECONDS * door_phase), pattern_phase, palette
+            ),
+            make_screen(compute_opening(time, _MAX_DELAY_SECONDS * (1 + screen_phase)), palette),
             *make_wall_objects(pattern_phase, palette),
             *make_floor_objects(pattern_phase, palette),
-            *self._build_visitors(time),
+            *self._build_balloon(time),
         ]
-        return pack_stage(groups, make_room(pattern_phase, palette))
+        return pack_scene_arrays(groups, make_room(pattern_phase, palette))
 
-    def _build_visitors(self, time: float) -> list[list[Solid]]:
-        return [make_balloon(time, self.palette)] if self.variant.has_visitor else []
+    def _build_balloon(self, time: float) -> list[list[Solid]]:
+        return [make_balloon(time, self.palette)] if self.variant.has_balloon else []
 
 
 def make_scene(seed: int, variant: Variant = PLAYROOM) -> Scene:

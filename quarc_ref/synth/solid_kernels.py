@@ -82,8 +82,8 @@ def _intersect_slab(origin, direction):
     """Return the distances at which a coordinate of a ray enters and leaves the range -1 to 1."""
     if abs(direction) < _EPSILON:
         direction = _EPSILON
-    first, last = (-1 - origin) / direction, (1 - origin) / direction
-    return min(first, last), max(first, last)
+    low_face, high_face = (-1 - origin) / direction, (1 - origin) / direction
+    return min(low_face, high_face), max(low_face, high_face)
 
 
 @inlined_kernel
@@ -91,8 +91,8 @@ def _find_box_entry(ox, oy, oz, dx, dy, dz):
     x0, x1 = _intersect_slab(ox, dx)
     y0, y1 = _intersect_slab(oy, dy)
     z0, z1 = _intersect_slab(oz, dz)
-    first, last = max(x0, y0, z0), min(x1, y1, z1)
-    return first if 0 < first <= last else MISS
+    entry_distance, exit_distance = max(x0, y0, z0), min(x1, y1, z1)
+    return entry_distance if 0 < entry_distance <= exit_distance else MISS
 
 
 @inlined_kernel
@@ -113,8 +113,8 @@ def _find_cylinder_entry(ox, oy, oz, dx, dy, dz):
         return MISS
     root = math.sqrt(discriminant)
     low, high = _intersect_slab(oy, dy)
-    first, last = max((-b - root) / a, low), min((-b + root) / a, high)
-    return first if 0 < first <= last else MISS
+    entry_distance, exit_distance = max((-b - root) / a, low), min((-b + root) / a, high)
+    return entry_distance if 0 < entry_distance <= exit_distance else MISS
 
 
 @inlined_kernel
@@ -124,10 +124,10 @@ def _find_capsule_entry(half_length, ox, oy, oz, dx, dy, dz):
     discriminant = b * b - a * (ox * ox + oz * oz - 1)
     if discriminant < 0:
         return MISS
-    first = (-b - math.sqrt(discriminant)) / a
-    y = oy + first * dy
+    entry_distance = (-b - math.sqrt(discriminant)) / a
+    y = oy + entry_distance * dy
     if abs(y) <= half_length:
-        return first if first > 0 else MISS
+        return entry_distance if entry_distance > 0 else MISS
     return _find_ball_entry(ox, oy - math.copysign(half_length, y), oz, dx, dy, dz)
 
 
@@ -158,14 +158,14 @@ def _find_blob_entry(phase, ox, oy, oz, dx, dy, dz):
     if discriminant < 0:
         return MISS
     root = math.sqrt(discriminant)
-    t, last = max(0.0, (-b - root) / a), (-b + root) / a
+    distance, exit_distance = max(0.0, (-b - root) / a), (-b + root) / a
     for _ in range(_MAX_BLOB_STEPS):
-        if t > last:
+        if distance > exit_distance:
             break
-        height = _blob_height(phase, ox + t * dx, oy + t * dy, oz + t * dz)
+        height = _blob_height(phase, ox + distance * dx, oy + distance * dy, oz + distance * dz)
         if height < _BLOB_TOLERANCE:
-            return t
-        t += max(height * _BLOB_STEP_FACTOR, _BLOB_TOLERANCE) / math.sqrt(a)
+            return distance
+        distance += max(height * _BLOB_STEP_FACTOR, _BLOB_TOLERANCE) / math.sqrt(a)
     return MISS
 
 

@@ -43,14 +43,14 @@ class Solid:
         """Return the center and the radius of a bounding sphere, `[4]`."""
         return np.array([*self.matrix[:3, 3], self._bounding_radius(self.matrix[:3, :3])])
 
-    def _bounding_radius(self, linear: Matrix) -> float:
+    def _bounding_radius(self, linear_map: Matrix) -> float:
         if self.shape == BOX:
-            return float(np.linalg.norm(_CORNERS @ linear.T, axis=1).max())
+            return float(np.linalg.norm(_CORNERS @ linear_map.T, axis=1).max())
         if self.shape == CYLINDER:
-            cross_radius = float(np.linalg.norm(linear[:, ::2], 2))
-            return math.hypot(cross_radius, float(np.linalg.norm(linear[:, 1])))
+            cross_radius = float(np.linalg.norm(linear_map[:, ::2], 2))
+            return math.hypot(cross_radius, float(np.linalg.norm(linear_map[:, 1])))
         swell = {CAPSULE: self.parameter, BLOB: 2 * BLOB_SWELL}.get(self.shape, 0.0)
-        return float(np.linalg.norm(linear, 2)) * (1 + swell)
+        return float(np.linalg.norm(linear_map, 2)) * (1 + swell)
 
 
 def translate(x: float, y: float, z: float) -> Matrix:

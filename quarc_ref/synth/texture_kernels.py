@@ -36,21 +36,21 @@ _HALF_EDGE_WIDTH = 0.008  # meters
 
 
 @kernel
-def evaluate_paint(paints, index, spot):
+def evaluate_paint(paints, paint_index, spot):
     """Return the linear RGB color of a paint at a spot.
 
     Args:
         paints: `[P, 14]` rows from `Paint.as_row`.
-        index: Index of the paint.
+        paint_index: Index of the paint.
         spot: Spot on the surface, nine numbers.
     """
-    pattern = int(paints[index, 13])
+    pattern = int(paints[paint_index, 13])
     paint = (
-        (paints[index, 0], paints[index, 1], paints[index, 2]),
-        (paints[index, 3], paints[index, 4], paints[index, 5]),
-        (paints[index, 6], paints[index, 7], paints[index, 8]),
-        paints[index, 9],
-        paints[index, 10],
+        (paints[paint_index, 0], paints[paint_index, 1], paints[paint_index, 2]),
+        (paints[paint_index, 3], paints[paint_index, 4], paints[paint_index, 5]),
+        (paints[paint_index, 6], paints[paint_index, 7], paints[paint_index, 8]),
+        paints[paint_index, 9],
+        paints[paint_index, 10],
     )
     if pattern >= FLOOR:
         return _evaluate_room_paint(pattern, paint, spot)
@@ -167,15 +167,19 @@ def _paint_crate(paint, spot):
     first, second, third, _, _ = paint
     _, _, u, v = _project_to_face(spot)
     grain = noise(2.5 * u + paint[4], 9 * v, spot[6] + 2 * spot[7])
-    rim = max(abs(u), abs(v))
-    brace = abs(u - v)
-    if rim > 0.76 or brace < 0.2:
-        edge = min(abs(rim - 0.76), abs(brace - 0.2)) if rim < 0.76 else abs(rim - 0.76)
-        return shade(first, (0.8 + 0.35 * grain) * (0.75 + 0.25 * ramp(edge, 0.0, 0.05)))
+    rim_position = max(abs(u), abs(v))
+    brace_distance = abs(u - v)
+    if rim_position > 0.76 or brace_distance < 0.2:
+        edge_distance = (
+            min(abs(rim_position - 0.76), abs(brace_distance - 0.2))
+            if rim_position < 0.76
+            else abs(rim_position - 0.76)
+        )
+        return shade(first, (0.8 + 0.35 * grain) * (0.75 + 0.25 * ramp(edge_distance, 0.0, 0.05)))
     board = 1.6 * (v + 1)
-    groove = abs(board - math.floor(board) - 0.5)
+    groove_position = abs(board - math.floor(board) - 0.5)
     tint = 0.75 + 0.3 * grain
-    return blend(shade(second, tint), third, ramp(groove, 0.42, 0.5))
+    return blend(shade(second, tint), third, ramp(groove_position, 0.42, 0.5))
 
 
 @kernel
@@ -232,11 +236,12 @@ def _paint_window(paint, spot):
     """Return the color of a window with a cloudy sky behind crossed bars."""
     first, second, third, _, _ = paint
     u, v, x, y = _project_to_face(spot)
-    bars = min(abs(u), abs(v))
-    rim = max(abs(x), abs(y))
+    bar_distance = min(abs(u), abs(v))
+    rim_position = max(abs(x), abs(y))
     clouds = ramp(noise(3 * u + paint[4], 6 * v, 0.0), 0.45, 0.75)
     sky = blend(blend(first, second, 0.5 - 0.5 * y), second, clouds)
     frame = max(
-        1 - ramp(bars, 0.03 - _HALF_EDGE_WIDTH, 0.03 + _HALF_EDGE_WIDTH), ramp(rim, 0.90, 0.93)
+        1 - ramp(bar_distance, 0.03 - _HALF_EDGE_WIDTH, 0.03 + _HALF_EDGE_WIDTH),
+        ramp(rim_position, 0.90, 0.93),
     )
     return blend(sky, third, frame)

@@ -16,11 +16,11 @@ _EPSILON = 1e-12
 
 
 @inlined_kernel
-def list_candidates(stage, candidates, start, start_radius, end, end_radius):
+def list_candidates(scene_arrays, candidates, start, start_radius, end, end_radius):
     """List the solids that rays from a start sphere to an end sphere may hit.
 
     Args:
-        stage: Stage from `pack_stage`.
+        scene_arrays: Arrays from `pack_scene_arrays`.
         candidates: `[S]` output: indices of solids.
         start: Center of the start sphere, three numbers.
         start_radius: Radius of the start sphere.
@@ -32,11 +32,11 @@ def list_candidates(stage, candidates, start, start_radius, end, end_radius):
     """
     cone = (*start, start_radius, *end, end_radius)
     count = 0
-    for group in range(stage.groups.shape[0]):
-        if not _intersects_cone(stage.groups, group, cone):
+    for group in range(scene_arrays.groups.shape[0]):
+        if not _intersects_cone(scene_arrays.groups, group, cone):
             continue
-        for i in range(int(stage.groups[group, 4]), int(stage.groups[group, 5])):
-            if _intersects_cone(stage.solids, i, cone):
+        for i in range(int(scene_arrays.groups[group, 4]), int(scene_arrays.groups[group, 5])):
+            if _intersects_cone(scene_arrays.solids, i, cone):
                 candidates[count] = i
                 count += 1
     return count
@@ -47,7 +47,7 @@ def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_i
     """Return the distance and index of the nearest candidate, or the earlier hit if it is nearer.
 
     Args:
-        solids: Solids of the stage.
+        solids: Solids of the scene.
         candidates: `[S]` indices of the solids that the ray can hit.
         count: Number of candidates.
         ray: Origin and unit direction of the ray, six numbers.
@@ -64,11 +64,14 @@ def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_i
 
 
 @inlined_kernel
-def is_occluded(solids, candidates, count, ray, limit):
+def is_occluded(solids, candidates, count, ray, max_distance):
     """Return whether a candidate blocks a ray within a distance limit."""
     for j in range(count):
         i = candidates[j]
-        if _intersects_sphere(solids, i, ray, limit) and _find_solid_entry(solids, i, ray) < limit:
+        if (
+            _intersects_sphere(solids, i, ray, max_distance)
+            and _find_solid_entry(solids, i, ray) < max_distance
+        ):
             return True
     return False
 
@@ -76,12 +79,12 @@ def is_occluded(solids, candidates, count, ray, limit):
 @inlined_kernel
 def find_wall_hit(room, ray):
     """Return the distance and the index of the wall that a ray from inside the room hits."""
-    x, x_face = _find_wall_hit_along(room, 0, ray[0], ray[3])
-    y, y_face = _find_wall_hit_along(room, 2, ray[1], ray[4])
-    z, z_face = _find_wall_hit_along(room, 4, ray[2], ray[5])
-    if x <= y and x <= z:
-        return x, x_face
-    return (y, y_face) if y <= z else (z, z_face)
+    x_distance, x_face = _find_wall_hit_along(room, 0, ray[0], ray[3])
+    y_distance, y_face = _find_wall_hit_along(room, 2, ray[1], ray[4])
+    z_distance, z_face = _find_wall_hit_along(room, 4, ray[2], ray[5])
+    if x_distance <= y_distance and x_distance <= z_distance:
+        return x_distance, x_face
+    return (y_distance, y_face) if y_distance <= z_distance else (z_distance, z_face)
 
 
 @inlined_kernel
@@ -119,7 +122,7 @@ def _intersects_cone(spheres, i, cone):
 
 
 @inlined_kernel
-def _intersects_sphere(spheres, i, ray, limit):
+def _intersects_sphere(spheres, i, ray, max_distance):
     """Return whether a ray hits a sphere within a distance limit."""
     x, y, z = spheres[i, 0] - ray[0], spheres[i, 1] - ray[1], spheres[i, 2] - ray[2]
     projection = x * ray[3] + y * ray[4] + z * ray[5]
@@ -128,7 +131,7 @@ def _intersects_sphere(spheres, i, ray, limit):
         return True
     if projection <= 0 or squared_distance_outside > projection * projection:
         return False
-    return projection - math.sqrt(projection * projection - squared_distance_outside) < limit
+    return projection - math.sqrt(projection * projection - squared_distance_outside) < max_distance
 
 
 @inlined_kernel

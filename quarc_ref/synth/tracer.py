@@ -1,4 +1,4 @@
-"""Renders pictures and depth ranges of a stage, and samples points on its surfaces."""
+"""Renders pictures and depth ranges of a scene, and samples points on its surfaces."""
 
 from dataclasses import dataclass
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.synth.render_kernels import measure_depths, render_picture
 from quarc_ref.synth.rig import RigCamera
-from quarc_ref.synth.stage import Stage
+from quarc_ref.synth.scene_arrays import SceneArrays
 
 _POINT_NOISE = 0.002  # meters; standard deviation of the error of point positions
 _LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # standard deviation of 0.58 pixels, similar to a good lens
@@ -16,7 +16,7 @@ _LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # standard deviation of 0.58 pixels, similar
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TracedView:
-    """A stage rendered for a camera.
+    """A scene rendered for a camera.
 
     Attributes:
         picture: `[H, W, 3]` picture in sRGB, 8 bits.
@@ -29,23 +29,27 @@ class TracedView:
     max_depth: float
 
 
-def trace_view(stage: Stage, camera: RigCamera) -> TracedView:
-    """Render a stage for a camera."""
+def trace_view(scene_arrays: SceneArrays, camera: RigCamera) -> TracedView:
+    """Render a scene for a camera."""
     light = np.empty((camera.height, camera.width, 3))
     depths = np.empty((camera.height, camera.width, 2))
-    render_picture(stage, camera.as_row(), light, depths)
+    render_picture(scene_arrays, camera.as_row(), light, depths)
     recorded_light = _blur(_blur(light, axis=0), axis=1) @ camera.color_matrix.T
     picture = _encode_srgb(np.clip(recorded_light, 0, 1))
     return TracedView(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
 
 
 def trace_points(
-    stage: Stage, camera: RigCamera, picture: Image, count: int, generator: np.random.Generator
+    scene_arrays: SceneArrays,
+    camera: RigCamera,
+    picture: Image,
+    count: int,
+    generator: np.random.Generator,
 ) -> Points:
     """Sample points on the surfaces that a camera sees, similar to structure-from-motion points.
 
     Args:
-        stage: The stage.
+        scene_arrays: Arrays of the scene.
         camera: The camera that sees the points.
         picture: The camera's picture, from which the colors of the points are taken.
         count: Number of points; each point is sampled at a random pixel.
@@ -55,7 +59,7 @@ def trace_points(
     columns = generator.integers(camera.width, size=count)
     pixels = np.stack((columns, rows), axis=1).astype(np.float64) + 0.5
     depths = np.empty(count)
-    measure_depths(stage, camera.as_row(), pixels, depths)
+    measure_depths(scene_arrays, camera.as_row(), pixels, depths)
     positions = camera.to_world(pixels, depths) + _POINT_NOISE * generator.standard_normal(
         (count, 3)
     )

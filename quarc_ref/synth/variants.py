@@ -9,31 +9,31 @@ class Variant:
 
     Attributes:
         summary: Short description for `--help` and tables.
-        is_stage: Whether the scene shows only the robot in an empty hall; the robot covers a
+        is_hall: Whether the scene shows only the robot in an empty hall; the robot covers a
             few percent of the pixels.
         is_dark: Whether the walls, floor and ceiling of the hall are black.
         tempo: Speed of all motion relative to the playroom.
-        has_visitor: Whether a balloon flies through the scene from left to right.
-        camera_spread: Standard deviation of the logarithm of the cameras' gains in linear light.
-            The standard deviation of the crosstalk between colors is a tenth of this value.
+        has_balloon: Whether a balloon flies through the scene from left to right.
+        camera_gain_spread: Standard deviation of the logarithm of the cameras' gains in linear
+            light. The standard deviation of the crosstalk between colors is a tenth of this value.
     """
 
     summary: str
-    is_stage: bool = False
+    is_hall: bool = False
     is_dark: bool = False
     tempo: float = 1.0
-    has_visitor: bool = False
-    camera_spread: float = 0.0
+    has_balloon: bool = False
+    camera_gain_spread: float = 0.0
 
 
 PLAYROOM = Variant("a bright, detailed room")
 VARIANTS = {
     "playroom": PLAYROOM,
-    "bright-stage": Variant("one small subject in an empty hall", is_stage=True),
-    "dark-stage": Variant(
-        "the same subject and light in a black hall", is_stage=True, is_dark=True
+    "bright-stage": Variant("one small subject in an empty hall", is_hall=True),
+    "dark-stage": Variant("the same subject and light in a black hall", is_hall=True, is_dark=True),
+    "mixed-cameras": Variant(
+        "cameras with different exposures and colors", camera_gain_spread=0.25
     ),
-    "mixed-cameras": Variant("cameras with different exposures and colors", camera_spread=0.25),
     "fast": Variant("all motion is three times as fast", tempo=3.0),
-    "visitor": Variant("an object that appears and disappears", has_visitor=True),
+    "visitor": Variant("an object that appears and disappears", has_balloon=True),
 }

@@ -18,7 +18,7 @@ from quarc_ref.files import OutputFolder, written_folder
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.rig import RigCamera, place_cameras
 from quarc_ref.synth.scene import make_scene
-from quarc_ref.synth.stage import Stage
+from quarc_ref.synth.scene_arrays import SceneArrays
 from quarc_ref.synth.tracer import trace_points, trace_view
 from quarc_ref.synth.write_video import write_video
 
@@ -53,15 +53,15 @@ def fill_synthetic_capture(
 ) -> None:
     """Write a synthetic capture to an open output folder; see `write_synthetic_capture`."""
     scene, cameras = make_scene(options.seed, options.scene_variant), place_cameras(options)
-    stages = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
-    total = len(cameras) * len(stages)
+    scenes = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
+    total = len(cameras) * len(scenes)
     first_pictures, poses = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for index, camera in enumerate(cameras):
             views = []
-            for view in pool.map(trace_view, stages, repeat(camera)):
+            for view in pool.map(trace_view, scenes, repeat(camera)):
                 views.append(view)
-                progress(index * len(stages) + len(views), total)
+                progress(index * len(scenes) + len(views), total)
             pictures = [view.picture for view in views]
             write_video(folder.register(f"cam{index:02}.mp4"), pictures, options)
             poses.append(
@@ -73,19 +73,19 @@ def fill_synthetic_capture(
             first_pictures.append(pictures[0])
     with folder.open("poses_bounds.npy") as file:
         np.save(file, np.stack(poses))
-    points = _sample_points(stages[0], cameras[1:], first_pictures[1:], options.seed)
+    points = _sample_points(scenes[0], cameras[1:], first_pictures[1:], options.seed)
     write_points_ply(folder.register("points3D_init.ply"), points)
 
 
 def _sample_points(
-    stage: Stage, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
+    scene_arrays: SceneArrays, cameras: Sequence[RigCamera], pictures: Sequence[Image], seed: int
 ) -> Points:
     """Sample points on the surfaces that the cameras see, the same number for each camera."""
     generator = make_generator(seed, "points")
     points_per_camera = -(-_POINT_COUNT // len(cameras))
     return join_points(
         [
-            trace_points(stage, camera, picture, points_per_camera, generator)
+            trace_points(scene_arrays, camera, picture, points_per_camera, generator)
             for camera, picture in zip(cameras, pictures, strict=True)
         ]
     )

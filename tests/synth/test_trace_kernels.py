@@ -3,8 +3,8 @@ import pytest
 
 from quarc_ref.synth.furniture import make_room
 from quarc_ref.synth.paints import Paint, choose_palette
+from quarc_ref.synth.scene_arrays import pack_scene_arrays
 from quarc_ref.synth.solids import ball, translate
-from quarc_ref.synth.stage import pack_stage
 from quarc_ref.synth.trace_kernels import find_wall_hit, list_candidates
 
 _PAINT = Paint(0, (0.5,) * 3, (0.5,) * 3, (0.5,) * 3)
@@ -34,10 +34,10 @@ def test_every_ball_on_a_ray_between_two_balls_is_listed():
         ball(translate(*center), radius, _PAINT)
         for center, radius in zip(centers, radii, strict=True)
     ]
-    stage = pack_stage([solids[:30], solids[30:]], make_room(0.0, choose_palette(0)))
+    scene_arrays = pack_scene_arrays([solids[:30], solids[30:]], make_room(0.0, choose_palette(0)))
     start, end = np.array([-0.5, -1.5, 0.2]), np.array([0.9, 0.6, -0.4])
     candidates = np.empty(60, dtype=np.int64)
-    count = list_candidates(stage, candidates, tuple(start), 0.1, tuple(end), 0.9)
+    count = list_candidates(scene_arrays, candidates, tuple(start), 0.1, tuple(end), 0.9)
     hit_indices = set()
     for _ in range(4000):
         first, last = generator.standard_normal((2, 3))
@@ -53,8 +53,8 @@ def test_every_ball_on_a_ray_between_two_balls_is_listed():
 
 def test_a_ball_lists_what_overlaps_it():
     solids = [ball(translate(x, 0.0, 0.0), 0.2, _PAINT) for x in (0.0, 0.69, 0.71)]
-    stage = pack_stage([solids], make_room(0.0, choose_palette(0)))
+    scene_arrays = pack_scene_arrays([solids], make_room(0.0, choose_palette(0)))
     candidates = np.empty(3, dtype=np.int64)
-    count = list_candidates(stage, candidates, (0.0, 0.0, 0.0), 0.5, (0.0, 0.0, 0.0), 0.5)
+    count = list_candidates(scene_arrays, candidates, (0.0, 0.0, 0.0), 0.5, (0.0, 0.0, 0.0), 0.5)
 
     assert candidates[:count].tolist() == [0, 1]

@@ -8,8 +8,8 @@ from quarc_ref.synth.paints import Paint, choose_palette
 from quarc_ref.synth.render_kernels import measure_depths
 from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.scene import make_scene
+from quarc_ref.synth.scene_arrays import pack_scene_arrays
 from quarc_ref.synth.solids import ball, box, translate
-from quarc_ref.synth.stage import pack_stage
 from quarc_ref.synth.tracer import trace_points, trace_view
 
 _OPTIONS = SynthOptions(width=64, height=48)
@@ -18,7 +18,7 @@ _RED = Paint(0, (0.9, 0.02, 0.02), (0.0,) * 3, (0.0,) * 3, gloss=0.2)
 
 
 @pytest.fixture(scope="module")
-def stage():
+def scene_arrays():
     return _pack_with_room([ball(translate(*_CENTER), 0.3, _RED)])
 
 
@@ -28,7 +28,7 @@ def cameras():
 
 
 def _pack_with_room(*groups):
-    return pack_stage(groups, make_room(0.5, choose_palette(0)))
+    return pack_scene_arrays(groups, make_room(0.5, choose_palette(0)))
 
 
 def _project(camera, point):
@@ -38,19 +38,19 @@ def _project(camera, point):
     return int(row), int(column), depth
 
 
-def test_every_camera_sees_a_ball_at_the_projection_of_its_center(stage, cameras):
+def test_every_camera_sees_a_ball_at_the_projection_of_its_center(scene_arrays, cameras):
     for camera in cameras:
         row, column, depth = _project(camera, _CENTER)
-        red, green, blue = trace_view(stage, camera).picture[row, column].astype(int)
+        red, green, blue = trace_view(scene_arrays, camera).picture[row, column].astype(int)
         depths = np.empty(1)
-        measure_depths(stage, camera.as_row(), np.array([[column + 0.5, row + 0.5]]), depths)
+        measure_depths(scene_arrays, camera.as_row(), np.array([[column + 0.5, row + 0.5]]), depths)
 
         assert red > 2 * max(green, blue)
         assert depths[0] == pytest.approx(depth - 0.3, abs=0.01)
 
 
-def test_depths_range_from_the_floor_in_front_to_the_back_wall(stage, cameras):
-    view = trace_view(stage, cameras[0])
+def test_depths_range_from_the_floor_in_front_to_the_back_wall(scene_arrays, cameras):
+    view = trace_view(scene_arrays, cameras[0])
     corners = np.array([(x, y, -2.7) for x in (-3.7, 3.7) for y in (0, 3.2)])
     depths = (corners - cameras[0].center) @ cameras[0].axes[2]
 
@@ -58,9 +58,9 @@ def test_depths_range_from_the_floor_in_front_to_the_back_wall(stage, cameras):
     assert depths.min() < view.max_depth < depths.max()
 
 
-def test_points_lie_on_the_surfaces_and_have_their_colors(stage, cameras):
-    picture = trace_view(stage, cameras[2]).picture
-    points = trace_points(stage, cameras[2], picture, 3000, make_generator(0, "points"))
+def test_points_lie_on_the_surfaces_and_have_their_colors(scene_arrays, cameras):
+    picture = trace_view(scene_arrays, cameras[2]).picture
+    points = trace_points(scene_arrays, cameras[2], picture, 3000, make_generator(0, "points"))
     colors = points.colors.astype(int)
     red_points = points.positions[colors[:, 0] > 3 * colors[:, 1:].max(axis=1)]
     distances = np.linalg.norm(red_points - _CENTER, axis=1)
@@ -70,9 +70,9 @@ def test_points_lie_on_the_surfaces_and_have_their_colors(stage, cameras):
     assert (np.abs(distances - 0.3) < 0.01).mean() > 0.8
 
 
-def test_noise_of_points_is_within_two_millimeters(stage, cameras):
-    picture = trace_view(stage, cameras[2]).picture
-    points = trace_points(stage, cameras[2], picture, 3000, make_generator(0, "points"))
+def test_noise_of_points_is_within_two_millimeters(scene_arrays, cameras):
+    picture = trace_view(scene_arrays, cameras[2]).picture
+    points = trace_points(scene_arrays, cameras[2], picture, 3000, make_generator(0, "points"))
     heights = points.positions[points.positions[:, 1] < 0.008, 1]
 
     assert heights.std() == pytest.approx(0.002, rel=0.2)
@@ -95,20 +95,23 @@ def test_an_object_shadows_the_floor_below_it(cameras):
 
 
 def test_culling_does_not_change_a_picture(cameras):
-    stage = make_scene(2).at_time(0.6)
-    solids, groups = stage.solids.copy(), stage.groups.copy()
+    scene_arrays = make_scene(2).at_time(0.6)
+    solids, groups = scene_arrays.solids.copy(), scene_arrays.groups.copy()
     solids[:, 3] = groups[:, 3] = 50.0
-    stage_without_culling = stage._replace(solids=solids, groups=groups)
+    arrays_without_culling = scene_arrays._replace(solids=solids, groups=groups)
     for camera in (cameras[0], cameras[1]):
-        culled, unculled = trace_view(stage, camera), trace_view(stage_without_culling, camera)
+        culled, unculled = (
+            trace_view(scene_arrays, camera),
+            trace_view(arrays_without_culling, camera),
+        )
 
         np.testing.assert_array_equal(culled.picture, unculled.picture)
 
 
-def test_parts_are_joined_in_order(stage, cameras):
-    picture = trace_view(stage, cameras[1]).picture
+def test_parts_are_joined_in_order(scene_arrays, cameras):
+    picture = trace_view(scene_arrays, cameras[1]).picture
     parts = [
-        trace_points(stage, cameras[1], picture, count, make_generator(0, "points"))
+        trace_points(scene_arrays, cameras[1], picture, count, make_generator(0, "points"))
         for count in (2, 3)
     ]
     joined_points = join_points(parts)

@@ -13,7 +13,7 @@ from quarc_ref.synth.solids import Solid
 Float64 = NDArray[np.float64]
 
 
-class Stage(NamedTuple):
+class SceneArrays(NamedTuple):
     """Flat arrays of a scene, in which the solids of a group are consecutive.
 
     Attributes:
@@ -40,10 +40,10 @@ class Room:
     """A room with its lamps and ambient light.
 
     Attributes:
-        faces: `[6]` positions of the faces, as in `Stage.room`.
+        faces: `[6]` positions of the faces, as in `SceneArrays.room`.
         paints: Paints of the faces.
-        lights: `[L, 15]` lamps, as in `Stage.lights`.
-        ambient: `[2, 3]` ambient light, as in `Stage.ambient`.
+        lights: `[L, 15]` lamps, as in `SceneArrays.lights`.
+        ambient: `[2, 3]` ambient light, as in `SceneArrays.ambient`.
     """
 
     faces: Float64
@@ -52,7 +52,7 @@ class Room:
     ambient: Float64
 
 
-def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
+def pack_scene_arrays(groups: Sequence[Sequence[Solid]], room: Room) -> SceneArrays:
     """Pack a room and groups of solids into flat arrays."""
     solids = [solid for group in groups for solid in group]
     rows = np.stack([_pack_solid(solid) for solid in solids])
@@ -61,7 +61,7 @@ def pack_stage(groups: Sequence[Sequence[Solid]], room: Room) -> Stage:
     spheres = [
         _bounding_sphere(rows[start:stop, :4]) for start, stop in zip(starts, stops, strict=True)
     ]
-    return Stage(
+    return SceneArrays(
         solids=rows,
         groups=np.column_stack((np.stack(spheres), starts, stops)),
         paints=np.stack(
