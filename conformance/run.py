@@ -91,7 +91,7 @@ def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
     if not cases:
         message = f"--only {' '.join(options.only)}: no case name begins with any of these prefixes"
         raise SuiteError(message)
-    case_runner = CaseRunner(options.decoder, suite, limits, jobs=has_jobs)
+    case_runner = CaseRunner(options.decoder, suite, limits, supports_jobs=has_jobs)
     results = []
     try:
         for case in cases:

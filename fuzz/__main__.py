@@ -29,11 +29,11 @@ def main() -> None:
     name = sys.argv[1] if len(sys.argv) > 1 else ""
     if name not in TARGETS:
         sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
-    command = [sys.argv[0], *sys.argv[2:]]
+    arguments = [sys.argv[0], *sys.argv[2:]]
     if not any(Path(word).is_file() for word in sys.argv[2:]):
-        command.append(str(_prepare_corpus(name)))
+        arguments.append(str(_prepare_corpus(name)))
     mutators = {"custom_mutator": _mutate_stream} if name in ("container", "streams") else {}
-    atheris.Setup(command, TARGETS[name], **mutators)
+    atheris.Setup(arguments, TARGETS[name], **mutators)
     atheris.Fuzz()
 
 

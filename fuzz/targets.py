@@ -98,13 +98,13 @@ def _write_temporary_file(name: str, data: bytes) -> Iterator[Path]:
         yield path
 
 
-def fuzz_ply(data: bytes) -> None:
+def fuzz_points_ply(data: bytes) -> None:
     """Read a PLY file of points."""
     with _write_temporary_file("points.ply", data) as path, suppress(CaptureError):
         read_points_ply(path)
 
 
-def fuzz_gaussians(data: bytes) -> None:
+def fuzz_gaussian_ply(data: bytes) -> None:
     """Read a PLY file of Gaussians."""
     with suppress(ValueError):
         parse_ply(data)
@@ -238,8 +238,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "payloads": fuzz_payloads,
     "streams": fuzz_streams,
     "poses": fuzz_poses,
-    "ply": fuzz_ply,
-    "gaussians": fuzz_gaussians,
+    "ply": fuzz_points_ply,
+    "gaussians": fuzz_gaussian_ply,
     "spz": fuzz_spz,
     "fourdgs": fuzz_fourdgs,
     "sidecar": fuzz_sidecar,

@@ -21,7 +21,7 @@ from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import Births, StreamHeader
 
 # Maximum error of rounding a number whose magnitude is below 16 to binary32.
-_ROUNDING_ERROR = 2.0**-20
+_MAX_ROUNDING_ERROR = 2.0**-20
 
 
 def main() -> int:
@@ -54,14 +54,14 @@ def _make_attributes(gaussians: list[dict[str, Any]]) -> Attributes:
     def stack_field(name: str) -> torch.Tensor:
         return torch.tensor([gaussian[name] for gaussian in gaussians], dtype=torch.float32)
 
-    colors = (stack_field("sh_dc")[:, None], stack_field("sh_rest").reshape(-1, 3, 3))
+    sh_coefficients = (stack_field("sh_dc")[:, None], stack_field("sh_rest").reshape(-1, 3, 3))
     opacities = stack_field("opacity")[:, 0]
     return Attributes(
         stack_field("position"),
         stack_field("rotation"),
         stack_field("log_scales"),
         opacities,
-        *colors,
+        *sh_coefficients,
     )
 
 
@@ -86,13 +86,13 @@ def _compute_bounds(header: StreamHeader) -> dict[str, float]:
     """Return the maximum error of each field, including errors from rounding to binary32."""
     lattice_unit = 2.0**-header.lattice_exponent
     return {
-        "position": header.position_step * lattice_unit / 2 + _ROUNDING_ERROR,
+        "position": header.position_step * lattice_unit / 2 + _MAX_ROUNDING_ERROR,
         "rotation": 2.0**-header.rotation_bits,
-        "log_scales": header.log_scale_step / 2 + _ROUNDING_ERROR,
-        "opacity": header.opacity_step / 2 + _ROUNDING_ERROR,
-        "sh_dc": header.sh_dc_step / 2 + _ROUNDING_ERROR,
-        "sh_rest": header.sh_rest_step / 2 + _ROUNDING_ERROR,
-        "shift": header.translation_step * lattice_unit / 2 + _ROUNDING_ERROR,
+        "log_scales": header.log_scale_step / 2 + _MAX_ROUNDING_ERROR,
+        "opacity": header.opacity_step / 2 + _MAX_ROUNDING_ERROR,
+        "sh_dc": header.sh_dc_step / 2 + _MAX_ROUNDING_ERROR,
+        "sh_rest": header.sh_rest_step / 2 + _MAX_ROUNDING_ERROR,
+        "shift": header.translation_step * lattice_unit / 2 + _MAX_ROUNDING_ERROR,
     }
 
 

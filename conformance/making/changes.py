@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from making.writing import CodeChoice
 
-Symbols = Callable[[int, int], Sequence[int] | None]
+SymbolChoice = Callable[[int, int], Sequence[int] | None]
 """Function of (level, anchor) that returns the anchor's symbols; None if it does not move."""
 
 
@@ -41,12 +41,12 @@ class Update:
     """The update of one Gaussian (SPEC 7.8).
 
     Attributes:
-        gaussian: Index of the Gaussian in the scene after the motion.
+        gaussian_index: Index of the Gaussian in the scene after the motion.
         residuals: The 13 residuals; None if the update deletes the Gaussian.
         field_mask: Bit mask of the changed fields; None selects the fields with a nonzero residual.
     """
 
-    gaussian: int
+    gaussian_index: int
     residuals: tuple[int, ...] | None = (0,) * 13
     field_mask: int | None = None
 
@@ -71,9 +71,9 @@ class Change:
     """The content of a FRAM chunk.
 
     Attributes:
-        symbols: Function that returns the symbols of an anchor.
+        choose_symbols: Function that returns the symbols of an anchor.
         births: The births, in ascending order of their parents.
-        deaths: Number of Gaussians that die.
+        death_count: Number of Gaussians that die.
         previous_contexts: 1 if contexts depend on the motion of the previous frame, otherwise 0.
         choose_code: Function that chooses the probability code to write for a context, if any.
         motion_words: Words that replace the encoded words of the motion section, if not None.
@@ -82,9 +82,9 @@ class Change:
         update_words: Words that replace the encoded words of the updates section, if not None.
     """
 
-    symbols: Symbols = _return_no_symbols
+    choose_symbols: SymbolChoice = _return_no_symbols
     births: tuple[CodedGaussian, ...] = ()
-    deaths: int = 0
+    death_count: int = 0
     previous_contexts: int = 1
     choose_code: CodeChoice = choose_no_code
     motion_words: tuple[int, ...] | None = None

@@ -5,14 +5,14 @@ from dataclasses import replace
 
 from making.end_faults import make_end_faults
 from making.fault_rows import (
-    CAME_CHUNK,
-    FRAM_CHUNK,
-    HEAD_CHUNK,
-    INDX_CHUNK,
-    META_CHUNK,
-    NOTE_CHUNK,
-    TAIL_CHUNK,
-    Row,
+    CAME_CHUNK_INDEX,
+    FRAM_CHUNK_INDEX,
+    HEAD_CHUNK_INDEX,
+    INDX_CHUNK_INDEX,
+    META_CHUNK_INDEX,
+    NOTE_CHUNK_INDEX,
+    TAIL_CHUNK_INDEX,
+    FaultRow,
     count_frames,
     make_faults_at,
 )
@@ -26,7 +26,7 @@ def make_container_faults(parent: ValidStream) -> list[Vector]:
     """Return the vectors of this module, as patches of `streams/journey`."""
     rows = [*_make_framing_faults(parent), *_make_type_faults(parent)]
     return [
-        *make_faults_at(parent, FRAM_CHUNK, rows),
+        *make_faults_at(parent, FRAM_CHUNK_INDEX, rows),
         *make_magic_and_head_faults(parent),
         *_make_order_faults(parent),
         *make_end_faults(parent),
@@ -34,7 +34,7 @@ def make_container_faults(parent: ValidStream) -> list[Vector]:
     ]
 
 
-def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
+def _make_framing_faults(parent: ValidStream) -> Iterable[FaultRow]:
     stream = parent.stream
     bit_flips: list[tuple[str, str, str, int, str]] = [
         ("sync", "5.2-1", "bad-sync", 0, "one bit of the first byte of a sync word is flipped"),
@@ -75,7 +75,7 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
             name,
             clauses,
             reject_ids,
-            stream.replace_chunk(FRAM_CHUNK, flipped_byte=byte_index),
+            stream.replace_chunk(FRAM_CHUNK_INDEX, flipped_byte=byte_index),
             note,
         )
     yield (
@@ -89,21 +89,21 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
         "sequence-skipped",
         "5.2-4",
         "sequence",
-        stream.replace_chunk(FRAM_CHUNK, sequence=FRAM_CHUNK + 1),
+        stream.replace_chunk(FRAM_CHUNK_INDEX, sequence=FRAM_CHUNK_INDEX + 1),
         "a sequence number is skipped",
     )
     yield (
         "sequence-repeated",
         "5.2-4",
         "sequence",
-        stream.replace_chunk(FRAM_CHUNK, sequence=FRAM_CHUNK - 1),
+        stream.replace_chunk(FRAM_CHUNK_INDEX, sequence=FRAM_CHUNK_INDEX - 1),
         "a sequence number is repeated",
     )
     yield (
         "sequence-from-zero",
         "5.2-4 5.1-2",
         "sequence",
-        stream.replace_chunk(FRAM_CHUNK, sequence=0),
+        stream.replace_chunk(FRAM_CHUNK_INDEX, sequence=0),
         "the sequence numbers start again at 0",
     )
 
@@ -111,9 +111,9 @@ def _make_framing_faults(parent: ValidStream) -> Iterable[Row]:
 def _replace_crc_with_zero(chunks: list[Chunk]) -> list[Chunk]:
     """Return the chunks with the payload CRC of a FRAM chunk set to 0."""
     return [
-        *chunks[:FRAM_CHUNK],
-        _ZeroCrcChunk(chunks[FRAM_CHUNK].kind, chunks[FRAM_CHUNK].payload),
-        *chunks[FRAM_CHUNK + 1 :],
+        *chunks[:FRAM_CHUNK_INDEX],
+        _ZeroCrcChunk(chunks[FRAM_CHUNK_INDEX].kind, chunks[FRAM_CHUNK_INDEX].payload),
+        *chunks[FRAM_CHUNK_INDEX + 1 :],
     ]
 
 
@@ -122,7 +122,7 @@ class _ZeroCrcChunk(Chunk):
         return super().pack(number, payload)[:-4] + bytes(4)
 
 
-def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
+def _make_type_faults(parent: ValidStream) -> Iterable[FaultRow]:
     type_faults = {
         "digit": (b"FR4M", "bad-chunk-type", "a digit"),
         "space": (b"FRA ", "bad-chunk-type", "a space"),
@@ -138,7 +138,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
             f"type-{name}",
             "5.2-8",
             reject_ids,
-            parent.stream.replace_chunk(FRAM_CHUNK, kind=kind),
+            parent.stream.replace_chunk(FRAM_CHUNK_INDEX, kind=kind),
             f"a chunk type with {note}",
         )
 
@@ -146,17 +146,17 @@ def _make_type_faults(parent: ValidStream) -> Iterable[Row]:
 def _make_order_faults(parent: ValidStream) -> list[Vector]:
     """Return streams with chunks in positions where their types are not allowed."""
     stream, reject_ids = parent.stream, "chunk-order"
-    head, index, tail = stream.chunks[HEAD_CHUNK], Chunk(b"INDX", None), Chunk(b"TAIL", None)
-    with_later_head = stream.insert_chunks(head, index=FRAM_CHUNK)
+    head, index, tail = stream.chunks[HEAD_CHUNK_INDEX], Chunk(b"INDX", None), Chunk(b"TAIL", None)
+    with_later_head = stream.insert_chunks(head, index=FRAM_CHUNK_INDEX)
     with_frame_first = [head, *stream.chunks[3:5], stream.chunks[2], *stream.chunks[5:]]
     with_chunk_after_index = [
-        *stream.chunks[:INDX_CHUNK],
+        *stream.chunks[:INDX_CHUNK_INDEX],
         index,
         Chunk(b"meta", pack_metadata()),
         tail,
     ]
     with_second_index, frame_count = (
-        stream.insert_chunks(index, index=TAIL_CHUNK),
+        stream.insert_chunks(index, index=TAIL_CHUNK_INDEX),
         len(parent.frames),
     )
     note = "a second HEAD, with the expected sequence number"
@@ -184,7 +184,7 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
     )
     return [
         *make_faults_at(
-            parent, FRAM_CHUNK, [("head-later", "5.1-2", reject_ids, with_later_head, note)]
+            parent, FRAM_CHUNK_INDEX, [("head-later", "5.1-2", reject_ids, with_later_head, note)]
         ),
         *(_make_fault_after_frames(parent, *row) for row in rows),
     ]
@@ -194,9 +194,9 @@ def _make_critical_chunk_faults(
     parent: ValidStream,
 ) -> Iterable[tuple[str, str, str, list[Chunk], int, str]]:
     stream, reject_ids = parent.stream, "unknown-critical"
-    with_reserved_type = stream.insert_chunks(Chunk(b"SNAP", bytes(8)), index=FRAM_CHUNK)
-    with_private_type = stream.insert_chunks(Chunk(b"FrAM", bytes(8)), index=FRAM_CHUNK)
-    with_head_numbered_1 = stream.replace_chunk(HEAD_CHUNK, sequence=1)
+    with_reserved_type = stream.insert_chunks(Chunk(b"SNAP", bytes(8)), index=FRAM_CHUNK_INDEX)
+    with_private_type = stream.insert_chunks(Chunk(b"FrAM", bytes(8)), index=FRAM_CHUNK_INDEX)
+    with_head_numbered_1 = stream.replace_chunk(HEAD_CHUNK_INDEX, sequence=1)
     yield (
         "critical",
         "5.2-9",
@@ -242,9 +242,9 @@ def _make_ancillary_faults(parent: ValidStream) -> list[Vector]:
     stream = parent.stream
     vectors = []
     for name, chunk_index, flipped_byte in (
-        ("note", NOTE_CHUNK, 22),
-        ("came", CAME_CHUNK, 40),
-        ("meta", META_CHUNK, 30),
+        ("note", NOTE_CHUNK_INDEX, 22),
+        ("came", CAME_CHUNK_INDEX, 40),
+        ("meta", META_CHUNK_INDEX, 30),
     ):
         chunks = stream.replace_chunk(chunk_index, flipped_byte=flipped_byte)
         frame_count = count_frames(chunks[:chunk_index])

@@ -19,8 +19,8 @@ from making.scenes import hash_numbers
 from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
-_ANCILLARY_CHUNKS = (1, 6, 11)
-_FIRST_CANONICAL_CHUNK = 2
+_ANCILLARY_CHUNK_INDICES = (1, 6, 11)
+_FIRST_CANONICAL_CHUNK_INDEX = 2
 
 
 def make_damaged_vectors(parent: ValidStream) -> list[Vector]:
@@ -132,7 +132,7 @@ def _make_flip_vector(
     start, end = offsets[chunk_index], offsets[chunk_index + 1]
     if chunk_index == 0:
         recovery = Recovery((), reject_ids=tuple(reject_ids))
-    elif chunk_index in _ANCILLARY_CHUNKS and "payload-crc" in reject_ids:
+    elif chunk_index in _ANCILLARY_CHUNK_INDICES and "payload-crc" in reject_ids:
         recovery = Recovery(parent.frames, (Gap(start, end - start, tuple(reject_ids), 0),))
     elif chunk_index == len(chunks) - 1:
         end = offsets[-1]
@@ -140,7 +140,7 @@ def _make_flip_vector(
         recovery = Recovery(frames_before, gaps)
     else:
         recovery = make_recovery(parent, chunks, chunk_index, reject_ids)
-        if chunk_index <= _FIRST_CANONICAL_CHUNK:
+        if chunk_index <= _FIRST_CANONICAL_CHUNK_INDEX:
             recovery = Recovery(recovery.frames, (_clear_lost_frames(recovery.gaps[0]),))
     return make_damaged_vector(parent, name, RECOVERY_CLAUSES, data, outcome, recovery, note)
 

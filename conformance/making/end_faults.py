@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import INDX_CHUNK, TAIL_CHUNK
+from making.fault_rows import INDX_CHUNK_INDEX, TAIL_CHUNK_INDEX
 from making.payloads import pack_index, pack_tail
 from making.streams import Chunk
 from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
@@ -38,11 +38,23 @@ def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
         "INDX states 2^32 - 1 seek points but contains three",
     )
     cases = {
-        "tail-shorter": (TAIL_CHUNK, bytes(15), "5-1", "field tail-mismatch", "TAIL of 15 bytes"),
-        "tail-longer": (TAIL_CHUNK, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
-        "index-count": (INDX_CHUNK, index_with_huge_count, "5-1", "field index-mismatch", note),
+        "tail-shorter": (
+            TAIL_CHUNK_INDEX,
+            bytes(15),
+            "5-1",
+            "field tail-mismatch",
+            "TAIL of 15 bytes",
+        ),
+        "tail-longer": (TAIL_CHUNK_INDEX, tail + b"\0", "5-2", "trailing-data", "TAIL of 17 bytes"),
+        "index-count": (
+            INDX_CHUNK_INDEX,
+            index_with_huge_count,
+            "5-1",
+            "field index-mismatch",
+            note,
+        ),
         "index-longer": (
-            INDX_CHUNK,
+            INDX_CHUNK_INDEX,
             index + b"\0",
             "5-2",
             "trailing-data",
@@ -61,9 +73,9 @@ def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
 
 def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
     stream, data = parent.stream, parent.layout.data
-    chunk_after_tail = stream.insert_chunks(Chunk(b"note", b""), index=TAIL_CHUNK + 1)
+    chunk_after_tail = stream.insert_chunks(Chunk(b"note", b""), index=TAIL_CHUNK_INDEX + 1)
     without_index = [
-        *stream.chunks[:INDX_CHUNK],
+        *stream.chunks[:INDX_CHUNK_INDEX],
         Chunk(b"TAIL", pack_tail(*_list_tail_fields(parent))),
     ]
     clauses_and_ids = ("5.1-5", "trailing-data")
@@ -77,7 +89,13 @@ def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
     )
     note = "TAIL states the offset of an INDX that is missing"
     yield "index-offset-of-none", "5.8-1", "tail-mismatch", without_index, note
-    yield "no-tail", "5.1-4", "truncated", stream.chunks[:TAIL_CHUNK], "the stream ends after INDX"
+    yield (
+        "no-tail",
+        "5.1-4",
+        "truncated",
+        stream.chunks[:TAIL_CHUNK_INDEX],
+        "the stream ends after INDX",
+    )
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
@@ -101,32 +119,32 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
         "index-empty": ([], "INDX has no seek points although the stream has frames"),
     }
     for name, (listed_points, note) in index_faults.items():
-        chunks = parent.stream.replace_chunk(INDX_CHUNK, payload=pack_index(listed_points))
+        chunks = parent.stream.replace_chunk(INDX_CHUNK_INDEX, payload=pack_index(listed_points))
         yield name, "5.9-1 5.9-2", "index-mismatch", chunks, note
 
 
 def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
-    frames, canonicals, offset = _list_tail_fields(parent)
+    frame_count, canonical_count, offset = _list_tail_fields(parent)
     tail_faults = {
         "tail-frames": (
-            pack_tail(frames + 1, canonicals, offset),
+            pack_tail(frame_count + 1, canonical_count, offset),
             "frame_count of TAIL is 1 too large",
         ),
         "tail-canonicals": (
-            pack_tail(frames, canonicals - 1, offset),
+            pack_tail(frame_count, canonical_count - 1, offset),
             "canonical_count of TAIL is 1 too small",
         ),
         "tail-index": (
-            pack_tail(frames, canonicals, offset + 1),
+            pack_tail(frame_count, canonical_count, offset + 1),
             "index_offset of TAIL is 1 too large",
         ),
         "tail-no-index": (
-            pack_tail(frames, canonicals, 0),
+            pack_tail(frame_count, canonical_count, 0),
             "index_offset of TAIL is 0 although INDX exists",
         ),
     }
     for name, (payload, note) in tail_faults.items():
-        chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=payload)
+        chunks = parent.stream.replace_chunk(TAIL_CHUNK_INDEX, payload=payload)
         yield name, "5.8-1 5.8-2", "tail-mismatch", chunks, note
 
 
@@ -138,7 +156,11 @@ def _list_seek_outcomes(name: str) -> tuple[tuple[int, Outcome], ...]:
 
 def _list_tail_fields(parent: ValidStream) -> tuple[int, int, int]:
     """Return the correct frame count, canonical count and index offset for TAIL."""
-    return len(parent.frames), len(_list_seek_points(parent)), parent.layout.offsets[INDX_CHUNK]
+    return (
+        len(parent.frames),
+        len(_list_seek_points(parent)),
+        parent.layout.offsets[INDX_CHUNK_INDEX],
+    )
 
 
 def _list_seek_points(parent: ValidStream) -> list[tuple[int, int, int]]:

@@ -6,7 +6,16 @@ from dataclasses import replace
 from making.streams import FRAME_TYPES, Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_patched_vector
 
-HEAD_CHUNK, CAME_CHUNK, CANO_CHUNK, META_CHUNK, FRAM_CHUNK, NOTE_CHUNK, INDX_CHUNK, TAIL_CHUNK = (
+(
+    HEAD_CHUNK_INDEX,
+    CAME_CHUNK_INDEX,
+    CANO_CHUNK_INDEX,
+    META_CHUNK_INDEX,
+    FRAM_CHUNK_INDEX,
+    NOTE_CHUNK_INDEX,
+    INDX_CHUNK_INDEX,
+    TAIL_CHUNK_INDEX,
+) = (
     0,
     1,
     5,
@@ -16,10 +25,10 @@ HEAD_CHUNK, CAME_CHUNK, CANO_CHUNK, META_CHUNK, FRAM_CHUNK, NOTE_CHUNK, INDX_CHU
     13,
     14,
 )
-"""Indices of chunks of `streams/journey`: CANO_CHUNK holds frame 3, and FRAM_CHUNK frame 4."""
+"""Indices of chunks of `streams/journey`; CANO and FRAM are the chunks of frames 3 and 4."""
 
 
-Row = tuple[str, str, str, list[Chunk], str]
+FaultRow = tuple[str, str, str, list[Chunk], str]
 """Name, clauses, reject ids, chunks and description."""
 
 
@@ -48,7 +57,7 @@ def count_frames(chunks: Iterable[Chunk]) -> int:
     return sum(chunk.kind in FRAME_TYPES for chunk in chunks)
 
 
-def make_faults_at(parent: ValidStream, chunk_index: int, rows: Iterable[Row]) -> list[Vector]:
+def make_faults_at(parent: ValidStream, chunk_index: int, rows: Iterable[FaultRow]) -> list[Vector]:
     """Return one vector for each row, with a fault in the given chunk of `streams/journey`."""
     vectors = []
     for name, clauses, reject_ids, chunks, note in rows:
@@ -56,7 +65,7 @@ def make_faults_at(parent: ValidStream, chunk_index: int, rows: Iterable[Row]) -
         frames_before = count_frames(parent.stream.chunks[:chunk_index])
         outcome = Outcome(parent.frames[:frames_before], reject_id_tuple)
         vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
-        if chunk_index >= CANO_CHUNK:
+        if chunk_index >= CANO_CHUNK_INDEX:
             vector = replace(
                 vector, recover=make_recovery(parent, chunks, chunk_index, reject_id_tuple)
             )
@@ -83,9 +92,9 @@ def make_damaged_vector(
 
 
 FRAM_ORDINAL = 4
-"""Ordinal of the frame in `FRAM_CHUNK`."""
+"""Ordinal of the frame in the chunk at `FRAM_CHUNK_INDEX`."""
 
 
-def replace_frame_fields(parent: ValidStream, number: int, **fields: object) -> list[Chunk]:
+def replace_frame_fields(parent: ValidStream, frame_index: int, **fields: object) -> list[Chunk]:
     """Return the chunks of the parent, with some fields of a frame's payload replaced."""
-    return parent.stream.replace_frame_fields(number, **fields)
+    return parent.stream.replace_frame_fields(frame_index, **fields)

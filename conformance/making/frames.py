@@ -73,7 +73,7 @@ def make_canonical(
             returned state is None.
     """
     origin = overrides.get(
-        "origin", tuple(min(gaussian.position[a] for gaussian in gaussians) for a in range(3))
+        "origin", tuple(min(gaussian.position[axis] for gaussian in gaussians) for axis in range(3))
     )
     sorted_gaussians = sorted(
         gaussians, key=lambda gaussian: compute_morton_key(gaussian.position, origin)
@@ -103,19 +103,23 @@ def make_frame(
     fields = {
         "phase": previous.phase + 1,
         "previous_contexts": change.previous_contexts,
-        "death_count": change.deaths,
+        "death_count": change.death_count,
         "birth_count": len(change.births),
     } | overrides
+
+    def make_motion(anchor_counts: list[int]) -> Planes:
+        return Planes(make_motion_planes(head, anchor_counts, change), change.choose_code)
+
     motion: Any = {"words": change.motion_words}
     if change.motion_words is None:
-        motion = lambda counts: Planes(make_motion_planes(head, counts, change), change.choose_code)  # noqa: E731
+        motion = make_motion
     births: Any = {"words": change.birth_words}
     if change.birth_words is None:
         births = Planes(make_birth_planes(head, change.births), change.choose_code)
     updates: Any = {"words": change.update_words}
     if change.update_words is None:
-        count = len(previous.gaussians) - change.deaths
-        updates = Planes(make_update_planes(count, change.updates), change.choose_code)
+        gaussian_count = len(previous.gaussians) - change.death_count
+        updates = Planes(make_update_planes(gaussian_count, change.updates), change.choose_code)
     frame_encoder = _FrameEncoder(
         head, {**fields, "motion": motion, "updates": updates, "births": births}
     )
@@ -155,25 +159,27 @@ def make_snapshot(
         overrides: Field values that replace the computed ones; `survivors` replaces the words of
             the survivors section.
     """
-    frame, canonical_gaussians = previous.canonical or (0, [])
+    canonical_frame, canonical_gaussians = previous.canonical or (0, [])
     positions = [g.position for g in newborn] or [(0, 0, 0)]
     origin = overrides.get("origin", tuple(min(p[axis] for p in positions) for axis in range(3)))
     sorted_newborn = sorted(newborn, key=lambda g: compute_morton_key(g.position, origin))
     keys = [compute_morton_key(g.position, origin) for g in sorted_newborn]
     extent = max(max(v - o for v, o in zip(p, origin, strict=True)) for p in positions)
-    words = overrides.pop("survivors", None)
-    fields = {"frame": previous.frame + 1, "canonical": frame, "newborn_count": len(keys)}
+    survivor_words = overrides.pop("survivors", None)
+    fields = {"frame": previous.frame + 1, "canonical": canonical_frame, "newborn_count": len(keys)}
     fields |= {"origin": origin, "axis_bits": max(0, extent).bit_length()} | overrides
     planes = Planes(make_survivor_planes(len(canonical_gaussians), survivors), choose_code)
-    stored_survivors: dict[str, Any] = {"survivors": planes if words is None else {"words": words}}
+    stored_survivors: dict[str, Any] = {
+        "survivors": planes if survivor_words is None else {"words": survivor_words}
+    }
     sections = [
         Planes(bits, choose_code) for bits in make_canonical_planes(head, keys, sorted_newborn)
     ]
     frame_encoder = _FrameEncoder(head, fields | stored_survivors | {"sections": sections})
     state = _try_to_reconstruct(frame_encoder, previous)
     written_words = [section.written_words for section in frame_encoder.sections]
-    if words is not None:
-        written_words.insert(0, words)
+    if survivor_words is not None:
+        written_words.insert(0, survivor_words)
     written_words += [()] * (7 - len(written_words))
     return Snapshot(
         survivors=written_words[0],

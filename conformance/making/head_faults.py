@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import HEAD_CHUNK
+from making.fault_rows import HEAD_CHUNK_INDEX
 from making.payloads import MAGIC
 from making.vectors import Outcome, Recovery, ValidStream, Vector, make_patched_vector
 
@@ -45,14 +45,14 @@ def _make_magic_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _make_head_payload_faults(parent: ValidStream) -> Iterable[Vector]:
-    head = parent.stream.chunks[HEAD_CHUNK].payload or b""
+    head = parent.stream.chunks[HEAD_CHUNK_INDEX].payload or b""
     for name, payload, reject_id, clauses, note in [
         *_list_version_faults(head),
         *_list_feature_faults(head),
         *_list_size_faults(head),
     ]:
         chunks, outcome = (
-            parent.stream.replace_chunk(HEAD_CHUNK, payload=payload),
+            parent.stream.replace_chunk(HEAD_CHUNK_INDEX, payload=payload),
             Outcome((), (reject_id,)),
         )
         vector = make_patched_vector(parent, f"invalid/{name}", clauses, chunks, outcome, note)
@@ -126,7 +126,7 @@ def make_head_faults(parent: ValidStream) -> list[Vector]:
     vectors = []
     for name, value in HEAD_FAULTS:
         head = replace(parent.stream.head, **{name: value})
-        chunks = parent.stream.replace_chunk(HEAD_CHUNK, payload=head.pack())
+        chunks = parent.stream.replace_chunk(HEAD_CHUNK_INDEX, payload=head.pack())
         label = f"{name}-{value}".replace("_", "-").replace(".", "-")
         outcome, note = Outcome((), ("field",)), f"{name} is {value}"
         vectors.append(

@@ -110,13 +110,15 @@ def _append_update_and_birth(stream: Stream) -> Stream:
     """
     previous = stream.states[0]
     assert previous is not None
-    count = len(previous.gaussians)
-    section = WritingSection("updates", Planes(make_update_planes(count, (Update(0, None),))), {})
+    gaussian_count = len(previous.gaussians)
+    section = WritingSection(
+        "updates", Planes(make_update_planes(gaussian_count, (Update(0, None),))), {}
+    )
     read_updates(section, previous.gaussians)
     section.close()
-    newborn = replace(previous.gaussians[0], id=count, recency=0)
+    newborn = replace(previous.gaussians[0], id=gaussian_count, recency=0)
     gaussians = [*previous.gaussians[1:], newborn]
-    state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=count + 1)
+    state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=gaussian_count + 1)
     crc = zlib.crc32(state.serialize(codes=False))
     stream.chunk_indices.append(len(stream.chunks))
     frame = Frame(1, 0, 0, 1, (), (), crc, tuple(section.written_words))
@@ -162,9 +164,9 @@ def _make_zero_splices(parent: ValidStream, data: bytes, zero_count: int) -> tup
     """
     offset = parent.layout.offsets[1]
     header, data_after = data[offset : offset + 20], data[offset + 20 + zero_count :]
-    parent_tail_size = len(parent.layout.data) - offset
+    replaced_size = len(parent.layout.data) - offset
     return (
         Splice(offset, 0, header),
         Splice(offset, 0, b"\0", zero_count),
-        Splice(offset, parent_tail_size, data_after),
+        Splice(offset, replaced_size, data_after),
     )

@@ -4,7 +4,7 @@ import struct
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import CAME_CHUNK, META_CHUNK
+from making.fault_rows import CAME_CHUNK_INDEX, META_CHUNK_INDEX
 from making.payloads import pack_camera, pack_cameras
 from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 
@@ -26,8 +26,8 @@ Fault = tuple[str, bytes, str, str, str]
 def make_metadata_faults(parent: ValidStream) -> list[Vector]:
     """Return vectors with faults in `came` or `meta`, for decoders that parse these chunks."""
     return [
-        *_make_faults_at(parent, CAME_CHUNK, 0, _list_camera_faults()),
-        *_make_faults_at(parent, META_CHUNK, 4, _list_entry_faults()),
+        *_make_faults_at(parent, CAME_CHUNK_INDEX, 0, _list_camera_faults()),
+        *_make_faults_at(parent, META_CHUNK_INDEX, 4, _list_entry_faults()),
     ]
 
 

@@ -12,10 +12,10 @@ def make_motion_streams() -> list[ValidStream]:
     return [*_make_header_streams(), *_make_symbol_streams()]
 
 
-def _append_motion_frames(stream: Stream, frames: int, seed: int = 0) -> Stream:
-    """Append `frames` frames with motion, and finish the stream."""
+def _append_motion_frames(stream: Stream, frame_count: int, seed: int = 0) -> Stream:
+    """Append `frame_count` frames with motion, and finish the stream."""
     channels = 3 + stream.head.rotation_components
-    for frame in range(1, frames + 1):
+    for frame in range(1, frame_count + 1):
         stream.add_frame(Change(make_moving_symbols(channels, seed + frame)))
     return stream.finish()
 
@@ -114,19 +114,21 @@ def make_birth_and_death_streams() -> list[ValidStream]:
     births_stream.add_frame(Change(births=make_births([8, 9, 11], 2))).add_frame(
         Change(make_moving_symbols(6, 5))
     ).finish()
-    degree_0_stream = Stream(Head(sh_degree=0)).add_canonical(0, make_cloud(8, degree=0))
+    degree_0_stream = Stream(Head(sh_degree=0)).add_canonical(0, make_cloud(8, sh_degree=0))
     degree_0_stream.add_frame(
         Change(make_moving_symbols(6, 6), make_births([1, 2], 3, 0))
     ).add_frame(Change(make_moving_symbols(6, 7))).finish()
     deaths_stream = Stream(Head()).add_canonical(0, make_cloud(14, 3))
     for count in (1, 0, 4, 8):
-        deaths_stream.add_frame(Change(make_moving_symbols(6, count), deaths=count))
+        deaths_stream.add_frame(Change(make_moving_symbols(6, count), death_count=count))
     churn_stream = Stream(Head(resample_interval=3)).add_canonical(0, make_cloud(10, 4))
     for frame in range(1, 9):
         parents = [pick_between(0, 7, frame, k) for k in range(frame % 3)]
         churn_stream.add_frame(
             Change(
-                make_moving_symbols(6, frame), make_births(parents, frame), deaths=(frame % 4) // 2
+                make_moving_symbols(6, frame),
+                make_births(parents, frame),
+                death_count=(frame % 4) // 2,
             )
         )
     return [

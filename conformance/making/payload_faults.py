@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from typing import Any
 
 from making.fault_rows import (
-    CANO_CHUNK,
-    FRAM_CHUNK,
+    CANO_CHUNK_INDEX,
+    FRAM_CHUNK_INDEX,
     FRAM_ORDINAL,
-    Row,
+    FaultRow,
     make_faults_at,
     replace_frame_fields,
 )
@@ -65,16 +65,16 @@ _CANONICAL_FIELDS: tuple[FieldFault, ...] = (
 def make_payload_faults(parent: ValidStream) -> list[Vector]:
     """Return the vectors of this module, as patches of `streams/journey`."""
     return [
-        *make_faults_at(parent, FRAM_CHUNK, _list_frame_faults(parent)),
-        *make_faults_at(parent, FRAM_CHUNK, list_word_faults(parent)),
-        *make_faults_at(parent, CANO_CHUNK, _list_canonical_faults(parent)),
-        *make_faults_at(parent, CANO_CHUNK, list_key_faults(parent)),
+        *make_faults_at(parent, FRAM_CHUNK_INDEX, _list_frame_faults(parent)),
+        *make_faults_at(parent, FRAM_CHUNK_INDEX, list_word_faults(parent)),
+        *make_faults_at(parent, CANO_CHUNK_INDEX, _list_canonical_faults(parent)),
+        *make_faults_at(parent, CANO_CHUNK_INDEX, list_key_faults(parent)),
         *make_metadata_faults(parent),
     ]
 
 
-def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
-    frame, chunk_index = parent.stream.payloads[FRAM_ORDINAL], FRAM_CHUNK
+def _list_frame_faults(parent: ValidStream) -> Iterable[FaultRow]:
+    frame, chunk_index = parent.stream.payloads[FRAM_ORDINAL], FRAM_CHUNK_INDEX
     assert isinstance(frame, Frame)
     payload, too_many_words = frame.pack(), len(frame.motion) + len(frame.births) + 3
     with_wrong_flag = replace_frame_fields(parent, FRAM_ORDINAL, previous_contexts=2)
@@ -94,8 +94,8 @@ def _list_frame_faults(parent: ValidStream) -> Iterable[Row]:
     yield from _list_field_faults(parent, FRAM_ORDINAL, _FRAME_COUNTS)
 
 
-def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
-    canonical, chunk_index = parent.stream.payloads[3], CANO_CHUNK
+def _list_canonical_faults(parent: ValidStream) -> Iterable[FaultRow]:
+    canonical, chunk_index = parent.stream.payloads[3], CANO_CHUNK_INDEX
     assert isinstance(canonical, Canonical)
     with_wide_axis = replace_frame_fields(parent, 3, axis_bits=21)
     yield "canonical-axis-bits", "5-3", "field", with_wide_axis, "axis_bits is 21"
@@ -119,7 +119,7 @@ def _list_canonical_faults(parent: ValidStream) -> Iterable[Row]:
 
 def _list_size_faults(
     parent: ValidStream, chunk_index: int, name: str, empty_size: int, extra_bytes: int
-) -> Iterable[Row]:
+) -> Iterable[FaultRow]:
     """Yield streams in which a payload lacks its last byte, has only a few bytes or is too long."""
     payload = parent.stream.chunks[chunk_index].payload or b""
     kind = parent.stream.chunks[chunk_index].kind.decode()
@@ -152,7 +152,7 @@ def _replace_u32(
 
 def _list_field_faults(
     parent: ValidStream, number: int, fields: Iterable[FieldFault]
-) -> Iterable[Row]:
+) -> Iterable[FaultRow]:
     for name, clauses, reject_ids, changed_fields, note in fields:
         yield (
             name,

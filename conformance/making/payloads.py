@@ -144,15 +144,15 @@ def pack_metadata(*entries: tuple[str, str]) -> bytes:
     return struct.pack("<H", len(entries)) + b"".join(packed_entries)
 
 
-def pack_index(points: Iterable[tuple[int, int, int]]) -> bytes:
+def pack_index(seek_points: Iterable[tuple[int, int, int]]) -> bytes:
     """Return the payload of INDX (SPEC 5.9); a point is (offset, sequence number, ordinal)."""
-    packed = [struct.pack("<QII", *point) for point in points]
+    packed = [struct.pack("<QII", *point) for point in seek_points]
     return struct.pack("<I", len(packed)) + b"".join(packed)
 
 
-def pack_tail(frames: int, canonicals: int, index_offset: int) -> bytes:
+def pack_tail(frame_count: int, canonical_count: int, index_offset: int) -> bytes:
     """Return the payload of TAIL (SPEC 5.8)."""
-    return struct.pack("<IIQ", frames, canonicals, index_offset)
+    return struct.pack("<IIQ", frame_count, canonical_count, index_offset)
 
 
 def pack_chunk_header(kind: bytes, sequence: int, length: int) -> bytes:

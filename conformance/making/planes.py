@@ -36,7 +36,7 @@ def make_canonical_planes(
     )
     return [
         writing.make_ascending_planes(keys),
-        writing.make_row_planes(*_code_colors(codes)),
+        writing.make_row_planes(*_make_coded_color_rows(codes)),
         writing.make_row_planes(codes[3]),
         writing.make_row_planes(*codes[:3]),
         writing.make_fixed_planes(rotation_rows[0], 2)
@@ -54,7 +54,7 @@ def make_birth_planes(head: Head, births: Sequence[CodedGaussian]) -> list[Bits]
     planes = [
         *writing.make_ascending_planes([g.parent for g in births]),
         *writing.make_row_planes(*zip(*(g.position for g in births), strict=True)),
-        *writing.make_row_planes(*_code_colors(codes)),
+        *writing.make_row_planes(*_make_coded_color_rows(codes)),
         *writing.make_row_planes(codes[3]),
         *writing.make_row_planes(*scale_differences),
         *writing.make_fixed_planes(rotation_rows[0], 2),
@@ -63,12 +63,14 @@ def make_birth_planes(head: Head, births: Sequence[CodedGaussian]) -> list[Bits]
     return planes + (writing.make_row_planes(*codes[7:]) if head.sh_degree else [])
 
 
-def make_motion_planes(head: Head, counts: list[int], change: Change) -> list[Bits]:
+def make_motion_planes(head: Head, anchor_counts: list[int], change: Change) -> list[Bits]:
     """Return the planes of motion, given the number of anchors of each level (SPEC 8.7)."""
     channels = 3 + head.rotation_components
     planes = []
-    for level in range(len(counts), 0, -1):
-        anchor_symbols = [change.symbols(level, anchor) for anchor in range(counts[level - 1])]
+    for level in range(len(anchor_counts), 0, -1):
+        anchor_symbols = [
+            change.choose_symbols(level, anchor) for anchor in range(anchor_counts[level - 1])
+        ]
         moving_symbols = [symbols for symbols in anchor_symbols if symbols is not None]
         nonzero_symbols = [
             s[channel] for channel in range(channels) for s in moving_symbols if s[channel]
@@ -81,27 +83,27 @@ def make_motion_planes(head: Head, counts: list[int], change: Change) -> list[Bi
     return planes
 
 
-def make_update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
-    """Return the planes of the updates of a scene with `count` Gaussians (SPEC 8.8)."""
-    updated_indices = {update.gaussian for update in updates}
+def make_update_planes(gaussian_count: int, updates: Sequence[Update]) -> list[Bits]:
+    """Return the planes of the updates of a scene with `gaussian_count` Gaussians (SPEC 8.8)."""
+    updated_indices = {update.gaussian_index for update in updates}
     changing_updates = [update for update in updates if update.residuals is not None]
     field_masks = [
         _make_field_mask(update.residuals, update.field_mask, _UPDATE_FIELDS)
         for update in changing_updates
     ]
     planes = [
-        [int(i in updated_indices) for i in range(count)],
+        [int(i in updated_indices) for i in range(gaussian_count)],
         [int(update.residuals is None) for update in updates],
         *(
-            [field_mask >> number & 1 for field_mask in field_masks]
-            for number in range(len(_UPDATE_FIELDS))
+            [field_mask >> field_number & 1 for field_mask in field_masks]
+            for field_number in range(len(_UPDATE_FIELDS))
         ),
     ]
-    for number, rows in enumerate(_UPDATE_FIELDS):
+    for field_number, rows in enumerate(_UPDATE_FIELDS):
         updates_with_field = [
             u
             for u, field_mask in zip(changing_updates, field_masks, strict=True)
-            if field_mask >> number & 1
+            if field_mask >> field_number & 1
         ]
         for row in rows:
             planes += writing.make_signed_planes(
@@ -110,23 +112,26 @@ def make_update_planes(count: int, updates: Sequence[Update]) -> list[Bits]:
     return planes
 
 
-def make_survivor_planes(count: int, survivors: Sequence[Survivor]) -> list[Bits]:
-    """Return the planes of the survivors of a CANO with `count` Gaussians (SPEC 8.9)."""
+def make_survivor_planes(canonical_count: int, survivors: Sequence[Survivor]) -> list[Bits]:
+    """Return the planes of the survivors of a CANO with `canonical_count` Gaussians (SPEC 8.9)."""
     survivor_indices = {survivor.index for survivor in survivors}
     field_masks = [
         _make_field_mask(s.differences, s.field_mask, _SURVIVOR_FIELDS) for s in survivors
     ]
     planes = [
-        [int(i in survivor_indices) for i in range(count)],
-        *([field_mask >> number & 1 for field_mask in field_masks] for number in range(5)),
+        [int(i in survivor_indices) for i in range(canonical_count)],
+        *(
+            [field_mask >> field_number & 1 for field_mask in field_masks]
+            for field_number in range(5)
+        ),
     ]
-    for number, rows in enumerate(_SURVIVOR_FIELDS):
+    for field_number, rows in enumerate(_SURVIVOR_FIELDS):
         survivors_with_field = [
-            s for s, mask in zip(survivors, field_masks, strict=True) if mask >> number & 1
+            s for s, mask in zip(survivors, field_masks, strict=True) if mask >> field_number & 1
         ]
         for row in rows:
             values = [s.differences[row] for s in survivors_with_field]
-            if number == 0:
+            if field_number == 0:
                 values = [v - previous for v, previous in zip(values, [0, *values], strict=False)]
             planes += (
                 writing.make_fixed_planes(values, 2)
@@ -149,7 +154,7 @@ def _make_field_mask(
     if field_mask is not None or numbers is None:
         return field_mask or 0
     has_nonzero = (any(numbers[row] for row in field) for field in field_rows)
-    return sum(bit << number for number, bit in enumerate(has_nonzero))
+    return sum(bit << field_number for field_number, bit in enumerate(has_nonzero))
 
 
 def _list_code_rows(head: Head, gaussians: Sequence[CodedGaussian]) -> list[tuple[int, ...]]:
@@ -160,7 +165,7 @@ def _list_code_rows(head: Head, gaussians: Sequence[CodedGaussian]) -> list[tupl
     )
 
 
-def _code_colors(codes: Sequence[Sequence[int]]) -> list[list[int]]:
+def _make_coded_color_rows(codes: Sequence[Sequence[int]]) -> list[list[int]]:
     red, green, blue = codes[4:7]
     return [list(green), _subtract(red, green), _subtract(blue, green)]
 

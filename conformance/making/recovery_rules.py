@@ -3,12 +3,17 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import INDX_CHUNK, RECOVERY_CLAUSES, TAIL_CHUNK, make_damaged_vector
+from making.fault_rows import (
+    INDX_CHUNK_INDEX,
+    RECOVERY_CLAUSES,
+    TAIL_CHUNK_INDEX,
+    make_damaged_vector,
+)
 from making.payloads import pack_chunk, pack_chunk_header, pack_tail
 from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector
 
-_FRAME_4_CHUNK, _FRAME_8_CHUNK = 7, 12
+_FRAME_4_CHUNK_INDEX, _FRAME_8_CHUNK_INDEX = 7, 12
 """Indices of the chunks of `streams/journey` that hold frames 4 and 8."""
 
 
@@ -26,9 +31,9 @@ def make_recovery_vectors(parent: ValidStream) -> list[Vector]:
 def _make_unknown_critical_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams with an unknown critical chunk and a second fault."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    offset, reject_ids = offsets[_FRAME_4_CHUNK], ("unknown-critical",)
-    damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_CHUNK, bytes(8))[:-1] + b"\xff"
-    long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_CHUNK, 1 << 30)
+    offset, reject_ids = offsets[_FRAME_4_CHUNK_INDEX], ("unknown-critical",)
+    damaged_chunk = pack_chunk(b"SNAP", _FRAME_4_CHUNK_INDEX, bytes(8))[:-1] + b"\xff"
+    long_chunk = pack_chunk_header(b"SNAP", _FRAME_4_CHUNK_INDEX, 1 << 30)
     for name, chunk, other_reject_ids, note in (
         ("damaged", damaged_chunk, ("payload-crc",), "whose payload is damaged"),
         ("too-long", long_chunk, ("chunk-exceeds-level", "truncated"), "that is too long"),
@@ -41,9 +46,9 @@ def _make_unknown_critical_vectors(parent: ValidStream) -> Iterable[Vector]:
             parent, f"unknown-critical-{name}", "5.2-9", changed_data, outcome, recovery, note
         )
     chunks = [
-        *parent.stream.chunks[:TAIL_CHUNK],
+        *parent.stream.chunks[:TAIL_CHUNK_INDEX],
         Chunk(b"SNAP", bytes(8)),
-        parent.stream.chunks[TAIL_CHUNK],
+        parent.stream.chunks[TAIL_CHUNK_INDEX],
     ]
     outcome = Outcome(frames, (*reject_ids, "chunk-order"))
     note = "a critical chunk of an unknown type after INDX"
@@ -52,7 +57,7 @@ def _make_unknown_critical_vectors(parent: ValidStream) -> Iterable[Vector]:
         parent, "unknown-critical-behind-index", "5.2-9 5.1-6", chunks, outcome, recovery, note
     )
     out_of_sequence = parent.stream.replace_chunk(
-        _FRAME_4_CHUNK, kind=b"SNAP", sequence=_FRAME_4_CHUNK + 1
+        _FRAME_4_CHUNK_INDEX, kind=b"SNAP", sequence=_FRAME_4_CHUNK_INDEX + 1
     )
     outcome = Outcome(frames[:4], ("sequence", *reject_ids))
     gap = Gap(offset, offsets[9] - offset, ("sequence",), 2)
@@ -71,7 +76,7 @@ def _make_unknown_critical_vectors(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_frame_first_vectors(parent: ValidStream) -> Iterable[Vector]:
     head, cameras, *later_chunks = parent.stream.chunks
-    frame = parent.stream.chunks[_FRAME_4_CHUNK]
+    frame = parent.stream.chunks[_FRAME_4_CHUNK_INDEX]
     for name, flipped_byte, reject_ids, note in (
         ("whole", None, ("chunk-order",), ""),
         ("damaged", 30, ("payload-crc", "chunk-order"), ", and its payload is damaged"),
@@ -99,13 +104,18 @@ def _make_index_vectors(parent: ValidStream) -> Iterable[Vector]:
         parent, "canonical-behind-index", "5.1-6", with_index_inside, outcome, recovery, note
     )
     offsets, data = parent.layout.offsets, parent.layout.data
-    index = data[offsets[INDX_CHUNK] + 20 : offsets[TAIL_CHUNK] - 4]
+    index = data[offsets[INDX_CHUNK_INDEX] + 20 : offsets[TAIL_CHUNK_INDEX] - 4]
     chunks = stream.replace_chunk(4, flipped_byte=30)
-    chunks[INDX_CHUNK] = replace(chunks[INDX_CHUNK], payload=index + bytes(1))
+    chunks[INDX_CHUNK_INDEX] = replace(chunks[INDX_CHUNK_INDEX], payload=index + bytes(1))
     offsets = assemble(chunks).offsets
     gaps = (
         Gap(offsets[4], offsets[5] - offsets[4], ("payload-crc",), 1),
-        Gap(offsets[INDX_CHUNK], offsets[TAIL_CHUNK] - offsets[INDX_CHUNK], ("trailing-data",), 0),
+        Gap(
+            offsets[INDX_CHUNK_INDEX],
+            offsets[TAIL_CHUNK_INDEX] - offsets[INDX_CHUNK_INDEX],
+            ("trailing-data",),
+            0,
+        ),
     )
     recovery = Recovery([*frames[:2], *frames[3:]], gaps)
     note = "after a gap, INDX is not compared with the stream, but its fields are checked"
@@ -118,21 +128,25 @@ def _make_index_vectors(parent: ValidStream) -> Iterable[Vector]:
 def _make_tail_vectors(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams whose last frame is damaged and whose TAIL is wrong."""
     frames, outcome = parent.frames[:8], Outcome(parent.frames[:8], ("payload-crc",))
-    chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK, flipped_byte=30)
+    chunks = parent.stream.replace_chunk(_FRAME_8_CHUNK_INDEX, flipped_byte=30)
     with_fewer_frames = [
-        *chunks[:TAIL_CHUNK],
-        replace(chunks[TAIL_CHUNK], payload=pack_tail(3, 3, 0)),
+        *chunks[:TAIL_CHUNK_INDEX],
+        replace(chunks[TAIL_CHUNK_INDEX], payload=pack_tail(3, 3, 0)),
     ]
     offsets = parent.layout.offsets
-    offset, tail_offset, end_offset = offsets[_FRAME_8_CHUNK], offsets[TAIL_CHUNK], offsets[-1]
+    offset, tail_offset, end_offset = (
+        offsets[_FRAME_8_CHUNK_INDEX],
+        offsets[TAIL_CHUNK_INDEX],
+        offsets[-1],
+    )
     recovery = Recovery(frames, (Gap(offset, tail_offset - offset, ("payload-crc",), None),))
     note = "TAIL states fewer frames than were decoded, so the number of lost frames is unknown"
     yield _make_recovery_vector(
         parent, "tail-of-fewer-frames", "5.8-1", with_fewer_frames, outcome, recovery, note
     )
     with_longer_tail = [
-        *chunks[:TAIL_CHUNK],
-        replace(chunks[TAIL_CHUNK], payload=pack_tail(9, 3, 0) + bytes(1)),
+        *chunks[:TAIL_CHUNK_INDEX],
+        replace(chunks[TAIL_CHUNK_INDEX], payload=pack_tail(9, 3, 0) + bytes(1)),
     ]
     gaps = (
         Gap(offset, end_offset + 1 - offset, ("payload-crc",), None),
@@ -152,8 +166,8 @@ def _make_tail_vectors(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_earlier_sequence_vector(parent: ValidStream) -> Vector:
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
-    offset, payload = offsets[_FRAME_4_CHUNK], data[offsets[9] + 20 : offsets[10] - 4]
-    junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK - 1, payload)
+    offset, payload = offsets[_FRAME_4_CHUNK_INDEX], data[offsets[9] + 20 : offsets[10] - 4]
+    junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK_INDEX - 1, payload)
     gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
     return _make_recovery_vector(
         parent,

@@ -134,10 +134,10 @@ def _make_huge_count_vectors(unlimited: ValidStream) -> list[Vector]:
             f"resource/{name}",
             "3.2-5 13-1",
             chunks,
-            Outcome(unlimited.frames[:count], reject_ids, may_decline=True),
+            Outcome(unlimited.frames[:frame_count], reject_ids, may_decline=True),
             note,
         )
-        for name, chunks, count, reject_ids, note in cases
+        for name, chunks, frame_count, reject_ids, note in cases
     ]
 
 

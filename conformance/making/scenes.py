@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
-from making.changes import CodedGaussian, Symbols
+from making.changes import CodedGaussian, SymbolChoice
 
 _HASH_MULTIPLIER = 0x9E3779B1
 
@@ -21,12 +21,14 @@ def pick_between(minimum: int, maximum: int, *numbers: int) -> int:
     return minimum + hash_numbers(*numbers) % (maximum - minimum + 1)
 
 
-def make_cloud(count: int, seed: int = 0, degree: int = 1, limit: int = 60) -> list[CodedGaussian]:
+def make_cloud(
+    count: int, seed: int = 0, sh_degree: int = 1, limit: int = 60
+) -> list[CodedGaussian]:
     """Return pseudorandom Gaussians with coordinates from -`limit` to `limit` position steps."""
-    return [_make_random_gaussian(i, seed, degree, limit) for i in range(count)]
+    return [_make_random_gaussian(i, seed, sh_degree, limit) for i in range(count)]
 
 
-def _make_random_gaussian(i: int, seed: int, degree: int, limit: int) -> CodedGaussian:
+def _make_random_gaussian(i: int, seed: int, sh_degree: int, limit: int) -> CodedGaussian:
     position = tuple(pick_between(-limit, limit, seed, i, axis) for axis in range(3))
     rotation = (
         hash_numbers(seed, i, 3) % 4,
@@ -34,14 +36,14 @@ def _make_random_gaussian(i: int, seed: int, degree: int, limit: int) -> CodedGa
     )
     scales = [pick_between(-60, -20, seed, i, 8 + k) for k in range(3)]
     colors = [pick_between(-50, 50, seed, i, 12 + k) for k in range(3)]
-    sh_rest = [pick_between(-3, 3, seed, i, 16 + k) // 2 for k in range(9 * degree)]
+    sh_rest = [pick_between(-3, 3, seed, i, 16 + k) // 2 for k in range(9 * sh_degree)]
     codes = (*scales, pick_between(-30, 40, seed, i, 11), *colors, *sh_rest)
     return CodedGaussian(position, rotation, codes)  # type: ignore[arg-type]
 
 
-def make_births(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[CodedGaussian, ...]:
+def make_births(parents: Sequence[int], seed: int, sh_degree: int = 1) -> tuple[CodedGaussian, ...]:
     """Return a pseudorandom birth near each parent, given the indices of the parents."""
-    gaussians = make_cloud(len(parents), seed, degree, 6)
+    gaussians = make_cloud(len(parents), seed, sh_degree, 6)
     pairs = zip(gaussians, sorted(parents), strict=True)
     return tuple(
         CodedGaussian(gaussian.position, gaussian.rotation, gaussian.codes, parent)
@@ -51,7 +53,7 @@ def make_births(parents: Sequence[int], seed: int, degree: int = 1) -> tuple[Cod
 
 def make_moving_symbols(
     channels: int, seed: int, *, anchors_per_moving_anchor: int = 2, limit: int = 3
-) -> Symbols:
+) -> SymbolChoice:
     """Return symbols of magnitude up to `limit`.
 
     About one in `anchors_per_moving_anchor` anchors moves.
@@ -67,7 +69,7 @@ def make_moving_symbols(
     return symbols
 
 
-def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> Symbols:
+def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> SymbolChoice:
     """Return the symbols of `entries` (level, anchor, symbols); no other anchor moves."""
     symbols_by_anchor = {(level, anchor): symbols for level, anchor, symbols in entries}
     return lambda level, anchor: symbols_by_anchor.get((level, anchor))

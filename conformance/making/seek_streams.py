@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import replace
 
-from making.fault_rows import CANO_CHUNK, INDX_CHUNK, TAIL_CHUNK
+from making.fault_rows import CANO_CHUNK_INDEX, INDX_CHUNK_INDEX, TAIL_CHUNK_INDEX
 from making.payloads import pack_metadata, pack_tail
 from making.streams import Chunk, assemble
 from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
@@ -26,14 +26,14 @@ def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
     count, offsets = len(parent.frames), parent.layout.offsets
     wrong_offsets = {
         "frame": (offsets[3], "index_offset is the offset of a FRAM"),
-        "within": (offsets[INDX_CHUNK] + 4, "index_offset is an offset within INDX"),
-        "itself": (offsets[TAIL_CHUNK], "index_offset is the offset of TAIL"),
+        "within": (offsets[INDX_CHUNK_INDEX] + 4, "index_offset is an offset within INDX"),
+        "itself": (offsets[TAIL_CHUNK_INDEX], "index_offset is the offset of TAIL"),
         "behind": (len(parent.layout.data) + 100, "index_offset is beyond the end of the stream"),
         "greatest": ((1 << 64) - 1, "index_offset is 2^64 - 1"),
         "head": (8, "index_offset is the offset of HEAD"),
     }
     for name, (offset, note) in wrong_offsets.items():
-        chunks = parent.stream.replace_chunk(TAIL_CHUNK, payload=pack_tail(count, 3, offset))
+        chunks = parent.stream.replace_chunk(TAIL_CHUNK_INDEX, payload=pack_tail(count, 3, offset))
         yield _make_wrong_index_vector(
             parent, f"seek-to-{name}", "11.2-2", chunks, "tail-mismatch", note
         )
@@ -42,7 +42,11 @@ def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     layout, chunks = parent.layout, parent.stream.chunks
     count = len(parent.frames)
-    with_chunk_between = [*chunks[:TAIL_CHUNK], Chunk(b"note", pack_metadata()), chunks[TAIL_CHUNK]]
+    with_chunk_between = [
+        *chunks[:TAIL_CHUNK_INDEX],
+        Chunk(b"note", pack_metadata()),
+        chunks[TAIL_CHUNK_INDEX],
+    ]
     yield _make_wrong_index_vector(
         parent,
         "seek-index-apart",
@@ -52,16 +56,16 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
         "a chunk is between INDX and TAIL",
     )
     with_early_index = [
-        *chunks[:TAIL_CHUNK],
+        *chunks[:TAIL_CHUNK_INDEX],
         Chunk(b"note", pack_metadata()),
-        replace(chunks[TAIL_CHUNK], sequence=TAIL_CHUNK),
+        replace(chunks[TAIL_CHUNK_INDEX], sequence=TAIL_CHUNK_INDEX),
     ]
     note = "INDX has the sequence number before TAIL's, but does not end where TAIL begins"
     yield _make_wrong_index_vector(
         parent, "seek-index-early", "11.2-2", with_early_index, "chunk-order", note
     )
     with_fewer_canonicals = parent.stream.replace_chunk(
-        TAIL_CHUNK, payload=pack_tail(count, 2, layout.offsets[INDX_CHUNK])
+        TAIL_CHUNK_INDEX, payload=pack_tail(count, 2, layout.offsets[INDX_CHUNK_INDEX])
     )
     note = "canonical_count is less than the number of seek points in INDX"
     yield _make_wrong_index_vector(
@@ -88,7 +92,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
     faults = {
         "payload": (
-            stream.replace_chunk(CANO_CHUNK, flipped_byte=60),
+            stream.replace_chunk(CANO_CHUNK_INDEX, flipped_byte=60),
             3,
             "payload-crc",
             "a payload before the seek point is damaged",
@@ -116,7 +120,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
         "HEAD is damaged",
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
-    index = stream.replace_chunk(INDX_CHUNK, flipped_byte=-20)
+    index = stream.replace_chunk(INDX_CHUNK_INDEX, flipped_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
     vector = make_patched_vector(
         parent, "damaged/passed-index", "11.2-1", index, outcome, "one bit of INDX is flipped"
@@ -126,7 +130,7 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_streams_without_index(parent: ValidStream) -> Iterable[Vector]:
     frames, stream = parent.frames, parent.stream
-    without_index = [*stream.chunks[:INDX_CHUNK], stream.chunks[TAIL_CHUNK]]
+    without_index = [*stream.chunks[:INDX_CHUNK_INDEX], stream.chunks[TAIL_CHUNK_INDEX]]
     note = "the stream has no INDX, so seeking reads one chunk header after another"
     vector = make_patched_vector(
         parent,
@@ -149,9 +153,9 @@ def _make_streams_without_index(parent: ValidStream) -> Iterable[Vector]:
     )
     yield replace(vector, seek=((4, Outcome(frames[4:8], ("truncated",))),))
     with_short_canonical = [
-        *without_index[:CANO_CHUNK],
-        replace(without_index[CANO_CHUNK], payload=bytes(3)),
-        *without_index[CANO_CHUNK + 1 :],
+        *without_index[:CANO_CHUNK_INDEX],
+        replace(without_index[CANO_CHUNK_INDEX], payload=bytes(3)),
+        *without_index[CANO_CHUNK_INDEX + 1 :],
     ]
     outcome, note = (
         Outcome(frames[:3], ("field",)),

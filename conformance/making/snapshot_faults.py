@@ -19,10 +19,10 @@ from making.streams import Chunk, assemble
 from making.vectors import Gap, Outcome, Recovery, ValidStream, Vector, make_patched_vector
 from making.word_faults import encode_stated_code
 
-_SNAP_CHUNK = 5
+_SNAP_CHUNK_INDEX = 5
 """Index of the chunk of `streams/snapshots-journey` that holds frame 3, the first snapshot."""
-_SNAP_FRAME = 3
-Row = tuple[str, str, str, list[Chunk], str]
+_SNAP_ORDINAL = 3
+FaultRow = tuple[str, str, str, list[Chunk], str]
 
 
 def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vector]:
@@ -46,7 +46,7 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
 
 
 def _get_snapshot(parent: ValidStream) -> Snapshot:
-    payload = parent.stream.payloads[_SNAP_FRAME]
+    payload = parent.stream.payloads[_SNAP_ORDINAL]
     assert isinstance(payload, Snapshot)
     return payload
 
@@ -55,22 +55,25 @@ def _make_fault_vector(
     parent: ValidStream, name: str, clauses: str, reject_ids: str, chunks: list[Chunk], note: str
 ) -> Vector:
     """Return a vector with a fault in the snapshot; recovery resumes at the next snapshot."""
-    outcome = Outcome(parent.frames[:_SNAP_FRAME], tuple(reject_ids.split()))
+    outcome = Outcome(parent.frames[:_SNAP_ORDINAL], tuple(reject_ids.split()))
     vector = make_patched_vector(parent, f"invalid/snapshot-{name}", clauses, chunks, outcome, note)
     offsets = assemble(chunks).offsets
     gap = Gap(
-        offsets[_SNAP_CHUNK], offsets[_SNAP_CHUNK + 3] - offsets[_SNAP_CHUNK], outcome.reject_ids, 3
+        offsets[_SNAP_CHUNK_INDEX],
+        offsets[_SNAP_CHUNK_INDEX + 3] - offsets[_SNAP_CHUNK_INDEX],
+        outcome.reject_ids,
+        3,
     )
-    frames = [*parent.frames[:_SNAP_FRAME], *parent.frames[_SNAP_FRAME + 3 :]]
+    frames = [*parent.frames[:_SNAP_ORDINAL], *parent.frames[_SNAP_ORDINAL + 3 :]]
     return replace(vector, recover=Recovery(frames, (gap,)))
 
 
-def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_field_faults(parent: ValidStream) -> Iterable[FaultRow]:
     snapshot = _get_snapshot(parent)
 
     def replace_fields(**fields: Any) -> list[Chunk]:
         payload = replace(snapshot, **fields).pack()
-        return parent.stream.replace_chunk(_SNAP_CHUNK, payload=payload)
+        return parent.stream.replace_chunk(_SNAP_CHUNK_INDEX, payload=payload)
 
     yield "repeated", "7.9-1", "frame-order", replace_fields(frame=2), "an ordinal is repeated"
     yield "skipped", "7.9-1", "frame-order", replace_fields(frame=4), "an ordinal is skipped"
@@ -123,13 +126,13 @@ def _list_field_faults(parent: ValidStream) -> Iterable[Row]:
             name,
             clauses,
             reject_ids,
-            parent.stream.replace_chunk(_SNAP_CHUNK, payload=data),
+            parent.stream.replace_chunk(_SNAP_CHUNK_INDEX, payload=data),
             note,
         )
 
 
-def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
-    previous = parent.stream.states[_SNAP_FRAME - 1]
+def _list_scene_faults(parent: ValidStream) -> Iterable[FaultRow]:
+    previous = parent.stream.states[_SNAP_ORDINAL - 1]
     assert previous is not None
     assert previous.canonical is not None
     _, canonical_gaussians = previous.canonical
@@ -140,7 +143,7 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         snapshot, _ = make_snapshot(
             parent.stream.head, previous, list(survivors), list(newborn), **overrides
         )
-        return parent.stream.replace_chunk(_SNAP_CHUNK, payload=snapshot.pack())
+        return parent.stream.replace_chunk(_SNAP_CHUNK_INDEX, payload=snapshot.pack())
 
     yield "empty", "7.9-3", "count", make_chunks(()), "the snapshot has no Gaussians"
     distant_newborn = [replace(make_cloud(1, 5)[0], position=(1 << 20, 0, 0))]
@@ -178,7 +181,7 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
         parent.stream.head, previous, make_random_survivors(range(9), 9)
     )
     chunks = parent.stream.replace_chunk(
-        _SNAP_CHUNK, payload=replace(other_snapshot, state_crc=1).pack()
+        _SNAP_CHUNK_INDEX, payload=replace(other_snapshot, state_crc=1).pack()
     )
     yield (
         "of-another-frame",
@@ -189,12 +192,12 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[Row]:
     )
 
 
-def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
     snapshot, unconsumed_id = _get_snapshot(parent), "unconsumed-words"
 
     def replace_survivor_words(words: tuple[int, ...]) -> list[Chunk]:
         payload = replace(snapshot, survivors=words).pack()
-        return parent.stream.replace_chunk(_SNAP_CHUNK, payload=payload)
+        return parent.stream.replace_chunk(_SNAP_CHUNK_INDEX, payload=payload)
 
     words = tuple(snapshot.survivors)
     yield (

@@ -53,7 +53,7 @@ def make_snapshots_journey() -> ValidStream:
             )
         else:
             births = make_births([1, 4], frame) if frame % 2 else ()
-            stream.add_frame(Change(make_moving_symbols(6, frame), births, deaths=frame % 2))
+            stream.add_frame(Change(make_moving_symbols(6, frame), births, death_count=frame % 2))
     stream.finish(index=True)
     without_seek = _make_snapshot_stream("journey", "", "", stream)
     seek = tuple((f, Outcome(without_seek.frames[f:])) for f in range(1, 12))
@@ -71,10 +71,10 @@ def _make_snapshot_stream(
     )
 
 
-def _append_frames(stream: Stream, frames: int = 3) -> Stream:
+def _append_frames(stream: Stream, frame_count: int = 3) -> Stream:
     """Append frames whose motion reveals wrong ids and contexts, and finish the stream."""
     channels = 3 + stream.head.rotation_components
-    for frame in range(frames):
+    for frame in range(frame_count):
         stream.add_frame(Change(make_moving_symbols(channels, frame)))
     return stream.finish()
 
@@ -127,14 +127,14 @@ def _make_header_streams() -> list[ValidStream]:
     streams = []
     for number, (name, note, fields) in enumerate(rows):
         stream = Stream(make_snapshot_head(**fields))
-        degree = stream.head.sh_degree
-        stream.add_canonical(0, make_cloud(13, 70 + number, degree))
+        sh_degree = stream.head.sh_degree
+        stream.add_canonical(0, make_cloud(13, 70 + number, sh_degree))
         updates = make_random_updates(13, number) if stream.head.has_updates else ()
         stream.add_frame(
             Change(make_moving_symbols(3 + stream.head.rotation_components, 1), updates=updates)
         )
         stream.add_snapshot(
-            make_random_survivors(range(1, 12), number), make_cloud(2, number, degree)
+            make_random_survivors(range(1, 12), number), make_cloud(2, number, sh_degree)
         )
         streams.append(_make_snapshot_stream(name, note, "7.9 8.9", _append_frames(stream, 4)))
     for level in (20, 30, 31):

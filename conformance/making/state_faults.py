@@ -7,10 +7,10 @@ from typing import Any
 
 from making.changes import Change, CodedGaussian
 from making.fault_rows import (
-    CANO_CHUNK,
-    FRAM_CHUNK,
+    CANO_CHUNK_INDEX,
+    FRAM_CHUNK_INDEX,
     FRAM_ORDINAL,
-    Row,
+    FaultRow,
     make_faults_at,
     replace_frame_fields,
 )
@@ -81,10 +81,12 @@ def make_state_faults(parent: ValidStream) -> list[Vector]:
     """Return patches of `streams/journey` with an invalid state in frame 3 or 4."""
     return [
         *make_faults_at(
-            parent, FRAM_CHUNK, [*_list_newborn_faults(parent), *_list_crc_faults(parent)]
+            parent, FRAM_CHUNK_INDEX, [*_list_newborn_faults(parent), *_list_crc_faults(parent)]
         ),
         *make_faults_at(
-            parent, CANO_CHUNK, [*_list_position_faults(parent), *_list_gaussian_faults(parent)]
+            parent,
+            CANO_CHUNK_INDEX,
+            [*_list_position_faults(parent), *_list_gaussian_faults(parent)],
         ),
     ]
 
@@ -97,10 +99,10 @@ def _get_previous_state(parent: ValidStream) -> PlainState:
 
 def _replace_frame(parent: ValidStream, change: Change) -> list[Chunk]:
     frame, _ = make_frame(parent.stream.head, _get_previous_state(parent), change)
-    return parent.stream.replace_chunk(FRAM_CHUNK, payload=frame.pack())
+    return parent.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=frame.pack())
 
 
-def _list_newborn_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_newborn_faults(parent: ValidStream) -> Iterable[FaultRow]:
     first, second = make_births([0, 5], 40)
     codes, count = second.codes, len(_get_previous_state(parent).gaussians)
 
@@ -137,7 +139,7 @@ def _list_wrong_codes(
     )
 
 
-def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_crc_faults(parent: ValidStream) -> Iterable[FaultRow]:
     state, frame = parent.stream.states[FRAM_ORDINAL], parent.stream.payloads[FRAM_ORDINAL]
     assert state is not None
     crcs = {
@@ -171,10 +173,10 @@ def _list_crc_faults(parent: ValidStream) -> Iterable[Row]:
 
 def _replace_canonical(parent: ValidStream, gaussians: Iterable[CodedGaussian]) -> list[Chunk]:
     canonical, _ = make_canonical(parent.stream.head, 3, list(gaussians))
-    return parent.stream.replace_chunk(CANO_CHUNK, payload=canonical.pack())
+    return parent.stream.replace_chunk(CANO_CHUNK_INDEX, payload=canonical.pack())
 
 
-def _list_position_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_position_faults(parent: ValidStream) -> Iterable[FaultRow]:
     gaussians, position_limit = make_cloud(12, 3, limit=20), 1 << 21  # position_step is 4
     values = [v for g in gaussians for v in g.position]
 
@@ -204,7 +206,7 @@ def _list_position_faults(parent: ValidStream) -> Iterable[Row]:
         yield name, "7.2-3 4.1-1", "position-range", chunks, note
 
 
-def _list_gaussian_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_gaussian_faults(parent: ValidStream) -> Iterable[FaultRow]:
     *other_gaussians, last = make_cloud(12, 3, limit=20)
     for name, codes, note in _list_wrong_codes("code", last.codes):
         chunks = _replace_canonical(parent, [*other_gaussians, replace(last, codes=codes)])

@@ -46,18 +46,18 @@ class Chunk:
         payload: Bytes of the payload; None for an INDX or TAIL that is computed from the stream.
         sequence: Sequence number that replaces the correct one.
         flipped_byte: Index of a byte whose lowest bit is flipped after the CRCs are computed.
-        skipped_numbers: How many sequence numbers to skip before the chunk.
+        skipped_sequence_numbers: How many sequence numbers to skip before the chunk.
     """
 
     kind: bytes
     payload: bytes | None
     sequence: int | None = None
     flipped_byte: int | None = None
-    skipped_numbers: int = 0
+    skipped_sequence_numbers: int = 0
 
-    def pack(self, number: int, payload: bytes) -> bytes:
+    def pack(self, expected_sequence: int, payload: bytes) -> bytes:
         """Return the bytes of the chunk, given its correct sequence number and its payload."""
-        sequence = number if self.sequence is None else self.sequence
+        sequence = expected_sequence if self.sequence is None else self.sequence
         header = pack_chunk_header(self.kind, sequence, len(payload))
         data = header + payload + struct.pack("<I", zlib.crc32(payload))
         if self.flipped_byte is None:
@@ -82,24 +82,26 @@ class Layout:
 
 def assemble(chunks: Iterable[Chunk]) -> Layout:
     """Number the chunks and add their CRCs; generate INDX and TAIL."""
-    data, offsets, points, number = MAGIC, [], [], 0
-    frames, index_offset, frame_types = 0, 0, (b"CANO", b"FRAM")
+    data, offsets, seek_points, sequence = MAGIC, [], [], 0
+    frame_count, index_offset, frame_types = 0, 0, (b"CANO", b"FRAM")
     for chunk in chunks:
         if chunk.kind == b"HEAD" and (chunk.payload or bytes(3))[2] & 4:
             frame_types = FRAME_TYPES
         offsets.append(len(data))
-        number += chunk.skipped_numbers
+        sequence += chunk.skipped_sequence_numbers
         payload = chunk.payload
         if chunk.kind == b"INDX":
             index_offset = index_offset or len(data)
-            payload = pack_index(points) if payload is None else payload
+            payload = pack_index(seek_points) if payload is None else payload
         elif chunk.kind == b"TAIL" and payload is None:
-            payload = pack_tail(frames, len(points), index_offset)
+            payload = pack_tail(frame_count, len(seek_points), index_offset)
         elif chunk.kind in frame_types and chunk.kind != b"FRAM":
-            points.append((len(data), number, int.from_bytes((payload or b"")[:4], "little")))
-        frames += chunk.kind in frame_types
-        data += chunk.pack(number, payload or b"")
-        number += 1
+            seek_points.append(
+                (len(data), sequence, int.from_bytes((payload or b"")[:4], "little"))
+            )
+        frame_count += chunk.kind in frame_types
+        data += chunk.pack(sequence, payload or b"")
+        sequence += 1
     return Layout(data, (*offsets, len(data)))
 
 
@@ -178,10 +180,10 @@ class Stream:
         assert None not in self.states, "a frame violates a clause"
         return [describe_state(state) for state in self.states if state is not None]
 
-    def replace_frame_fields(self, number: int, **fields: Any) -> list[Chunk]:
+    def replace_frame_fields(self, frame_index: int, **fields: Any) -> list[Chunk]:
         """Return the chunks, with some fields of a frame's payload replaced."""
-        payload = replace(self.payloads[number], **fields).pack()
-        return self.replace_chunk(self.chunk_indices[number], payload=payload)
+        payload = replace(self.payloads[frame_index], **fields).pack()
+        return self.replace_chunk(self.chunk_indices[frame_index], payload=payload)
 
     def replace_chunk(self, index: int, **fields: Any) -> list[Chunk]:
         """Return the chunks, with some fields of the chunk at `index` replaced."""
@@ -197,7 +199,11 @@ class Stream:
 
     def drop_chunks(self, *indices: int) -> list[Chunk]:
         """Return all chunks except those at `indices`, with unchanged sequence numbers."""
-        return [replace(p, sequence=n) for n, p in enumerate(self.chunks) if n not in indices]
+        return [
+            replace(chunk, sequence=sequence)
+            for sequence, chunk in enumerate(self.chunks)
+            if sequence not in indices
+        ]
 
     def _append(
         self, kind: bytes, payload: Canonical | Snapshot | Frame, state: PlainState | None

@@ -95,14 +95,14 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
     )
     next_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 0, 0, 0) + bytes(4))
     birth_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 1, 0, 0) + bytes(4))
-    next_index = last_ordinals.stream.chunk_indices[-1] + 1
-    birth_index = full_level.stream.chunk_indices[-1] + 1
+    next_chunk_index = last_ordinals.stream.chunk_indices[-1] + 1
+    birth_chunk_index = full_level.stream.chunk_indices[-1] + 1
     return [
         make_patched_vector(
             last_ordinals,
             "invalid/ordinal-beyond",
             "7.4-2",
-            last_ordinals.stream.insert_chunks(next_frame, index=next_index),
+            last_ordinals.stream.insert_chunks(next_frame, index=next_chunk_index),
             Outcome(last_ordinals.frames, ("frame-order",)),
             "a frame after the frame with ordinal 2^32 - 1",
         ),
@@ -110,7 +110,7 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
             full_level,
             "invalid/birth-beyond-level",
             "3.2-2",
-            full_level.stream.insert_chunks(birth_frame, index=birth_index),
+            full_level.stream.insert_chunks(birth_frame, index=birth_chunk_index),
             Outcome(full_level.frames, ("count-exceeds-level",)),
             "a birth although the level allows no more Gaussians",
         ),
@@ -122,10 +122,10 @@ def _add_number_digests(valid_stream: ValidStream) -> Vector:
     states = [state for state in valid_stream.stream.states if state is not None]
     if sum(len(state.gaussians) for state in states) > 500:
         return valid_stream.vector
-    numbers = tuple(
+    number_digests = tuple(
         (state.frame, _hash_dequantized_state(valid_stream.stream.head, state)) for state in states
     )
-    return replace(valid_stream.vector, numbers=numbers)
+    return replace(valid_stream.vector, number_digests=number_digests)
 
 
 def _hash_dequantized_state(head: Head, state: PlainState) -> str:

@@ -35,12 +35,12 @@ def make_equal_opacities() -> Stream:
     stream = (
         Stream(Head(sh_degree=0))
         .add_canonical(0, _EQUALLY_OPAQUE_SCENE)
-        .add_frame(Change(deaths=3))
+        .add_frame(Change(death_count=3))
     )
     births = tuple(
         CodedGaussian((0, 1, k), codes=_EQUALLY_OPAQUE_SCENE[0].codes, parent=2) for k in (0, 1)
     )
-    return stream.add_frame(Change(births=births)).add_frame(Change(deaths=7))
+    return stream.add_frame(Change(births=births)).add_frame(Change(death_count=7))
 
 
 def make_signed_opacities() -> Stream:
@@ -49,7 +49,7 @@ def make_signed_opacities() -> Stream:
     gaussians = [CodedGaussian((i, 0, 0), codes=(-40, -40, -40, v, i, 0, 0)) for i, v in opacities]
     stream = Stream(Head(sh_degree=0)).add_canonical(0, gaussians)
     for deaths in (1, 2, 1, 2):
-        stream.add_frame(Change(deaths=deaths))
+        stream.add_frame(Change(death_count=deaths))
     return stream
 
 
@@ -58,13 +58,13 @@ def make_deaths_of_newborn() -> Stream:
     symbols = make_distinct_symbols()
     stream = Stream(Head(sh_degree=0, resample_interval=3)).add_canonical(0, _EQUALLY_OPAQUE_SCENE)
     stream.add_frame(Change(symbols, (_FAINT_BIRTH, _BRIGHT_BIRTH))).add_frame(
-        Change(symbols, (_FAINT_BIRTH, _FAINT_BIRTH), deaths=1)
+        Change(symbols, (_FAINT_BIRTH, _FAINT_BIRTH), death_count=1)
     )
-    stream.add_frame(Change(make_moving_symbols(6, 2), deaths=2)).add_frame(
+    stream.add_frame(Change(make_moving_symbols(6, 2), death_count=2)).add_frame(
         Change(make_moving_symbols(6, 3), (_FAINT_BIRTH,))
     )
-    return stream.add_frame(Change(symbols, deaths=1)).add_frame(
-        Change(symbols, (_BRIGHT_BIRTH,), deaths=1)
+    return stream.add_frame(Change(symbols, death_count=1)).add_frame(
+        Change(symbols, (_BRIGHT_BIRTH,), death_count=1)
     )
 
 
@@ -84,9 +84,11 @@ def make_parents_after_deaths_and_motion() -> Stream:
     """Parent indices are counted after the deaths; parent positions are those after the motion."""
     stream = Stream(Head(sh_degree=0, level_count=1, gaussians_per_anchor=1))
     stream.add_canonical(0, _EQUALLY_OPAQUE_SCENE).add_frame(
-        Change(make_distinct_symbols(), make_births([0, 3, 5], 3, 0), deaths=4)
+        Change(make_distinct_symbols(), make_births([0, 3, 5], 3, 0), death_count=4)
     )
-    return stream.add_frame(Change(make_distinct_symbols(), make_births([1, 1, 6], 4, 0), deaths=2))
+    return stream.add_frame(
+        Change(make_distinct_symbols(), make_births([1, 1, 6], 4, 0), death_count=2)
+    )
 
 
 def make_equal_births() -> Stream:
@@ -95,14 +97,14 @@ def make_equal_births() -> Stream:
     stream.add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH, _FAINT_BIRTH))).add_frame(
         make_distinct_motion()
     )
-    return stream.add_frame(Change(make_distinct_symbols(), deaths=2))
+    return stream.add_frame(Change(make_distinct_symbols(), death_count=2))
 
 
 def make_anchors_of_dead_gaussians() -> Stream:
     """An anchor whose Gaussian has died still moves its followers; its previous motion is 0."""
     stream = Stream(Head(sh_degree=0, resample_interval=9)).add_canonical(0, make_cloud(12, 8, 0))
     for deaths in (0, 6, 0, 3, 0):
-        stream.add_frame(Change(make_distinct_symbols(), deaths=deaths))
+        stream.add_frame(Change(make_distinct_symbols(), death_count=deaths))
     return stream
 
 
@@ -114,7 +116,7 @@ def make_ids_that_are_not_reused() -> Stream:
         .add_frame(Change(births=(_FAINT_BIRTH, _FAINT_BIRTH)))
     )
     return (
-        stream.add_frame(Change(deaths=2))
+        stream.add_frame(Change(death_count=2))
         .add_frame(Change(births=(_BRIGHT_BIRTH,)))
         .add_frame(make_distinct_motion())
     )

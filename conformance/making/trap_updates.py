@@ -101,9 +101,9 @@ def make_updates_after_deaths() -> Stream:
     """The indices of updates are counted after the deaths."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
     updates = (Update(0, make_residuals(opacity=3)), Update(6, make_residuals(sh_dc=(1, 2, 3))))
-    return stream.add_frame(Change(make_distinct_symbols(), deaths=3, updates=updates)).add_frame(
-        make_distinct_motion()
-    )
+    return stream.add_frame(
+        Change(make_distinct_symbols(), death_count=3, updates=updates)
+    ).add_frame(make_distinct_motion())
 
 
 def make_deaths_by_updated_opacity() -> Stream:
@@ -112,7 +112,7 @@ def make_deaths_by_updated_opacity() -> Stream:
     updates = (Update(0, make_residuals(opacity=-50)), Update(9, make_residuals(opacity=50)))
     return (
         stream.add_frame(Change(updates=updates))
-        .add_frame(Change(deaths=2))
+        .add_frame(Change(death_count=2))
         .add_frame(make_distinct_motion())
     )
 

@@ -108,8 +108,8 @@ def _list_positions() -> list[list[int]]:
 
 
 def _dequantize(code: int, step: str) -> str:
-    product = struct.unpack("<f", bytes.fromhex(step)[::-1])[0] * code
-    return struct.pack("<f", product)[::-1].hex()
+    dequantized = struct.unpack("<f", bytes.fromhex(step)[::-1])[0] * code
+    return struct.pack("<f", dequantized)[::-1].hex()
 
 
 def _make_rotation_units() -> list[Unit]:

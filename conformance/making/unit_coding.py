@@ -54,22 +54,24 @@ def make_coding_units() -> list[Unit]:
 
 
 def _make_weight_units() -> list[Unit]:
-    codes: list[tuple[Input, Any]] = [({"code": c}, weight_from_code(c)) for c in range(240)]
-    codes += [({"code": c}, Rejection("bad-probability")) for c in (240, 255)]
-    weights = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _ZEROS_AND_ONES]
-    counts = [
+    code_cases: list[tuple[Input, Any]] = [({"code": c}, weight_from_code(c)) for c in range(240)]
+    code_cases += [({"code": c}, Rejection("bad-probability")) for c in (240, 255)]
+    weight_cases = [({"zeros": z, "ones": o}, weight_from_counts(z, o)) for z, o in _ZEROS_AND_ONES]
+    count_cases = [
         ({"before": list(b), "plane": [z, o]}, add_to_counts(list(b), [0] * z + [1] * o))
         for b, (z, o) in _COUNT_UPDATES
     ]
     weight_note = "the weight of a 1 in a context that has counted these zeros and ones"
     return [
-        Unit("weight_of_code", "the weight of a 1 for a stated probability code", "8.2-1", codes),
-        Unit("weight_by_counts", weight_note, "8.2", weights),
+        Unit(
+            "weight_of_code", "the weight of a 1 for a stated probability code", "8.2-1", code_cases
+        ),
+        Unit("weight_by_counts", weight_note, "8.2", weight_cases),
         Unit(
             "counts",
             "the counts (zeros, ones) of a context after it has coded a plane",
             "8.2",
-            counts,
+            count_cases,
         ),
     ]
 
@@ -169,19 +171,21 @@ def _make_ascending_cases() -> list[tuple[Input, Any]]:
 def make_state_units() -> list[Unit]:
     """Return the known answers for the digests of states."""
     cases = []
-    for degree in (0, 1):
+    for sh_degree in (0, 1):
         stream = (
-            Stream(Head(sh_degree=degree)).add_canonical(0, make_cloud(3, 30, degree)).add_frame()
+            Stream(Head(sh_degree=sh_degree))
+            .add_canonical(0, make_cloud(3, 30, sh_degree))
+            .add_frame()
         )
         for state in stream.states:
             assert state is not None
-            rows = state.gaussians
+            gaussians = state.gaussians
             state_input = {
                 "phase": state.phase,
-                "ids": [g.id for g in rows],
-                "positions": [g.position for g in rows],
-                "rotations": [g.rotation for g in rows],
-                "codes": [g.codes for g in rows],
+                "ids": [g.id for g in gaussians],
+                "positions": [g.position for g in gaussians],
+                "rotations": [g.rotation for g in gaussians],
+                "codes": [g.codes for g in gaussians],
             }
             digest = sha256(state.serialize()).hexdigest()
             cases.append(

@@ -7,10 +7,10 @@ from typing import Any
 from making.changes import Change, Update
 from making.damaged_streams import make_cut_vector, make_flip_vectors
 from making.fault_rows import (
-    FRAM_CHUNK,
+    FRAM_CHUNK_INDEX,
     FRAM_ORDINAL,
-    HEAD_CHUNK,
-    Row,
+    HEAD_CHUNK_INDEX,
+    FaultRow,
     count_frames,
     make_faults_at,
     replace_frame_fields,
@@ -25,7 +25,7 @@ from making.vectors import Outcome, Recovery, ValidStream, Vector, make_patched_
 from making.word_faults import encode_stated_code
 from plain.state import PlainState
 
-_FRAME_CHUNKS = (3, 4, 7, 8, 10)
+_FRAME_CHUNK_INDICES = (3, 4, 7, 8, 10)
 """Indices of the chunks of `streams/updates-journey` that hold frames 1, 2, 4, 5 and 7."""
 
 _CODE_NAMES = ("log-scale-x", "log-scale-y", "log-scale-z", "opacity", "red", "green", "blue")
@@ -44,7 +44,7 @@ def make_update_faults(
     vectors = [
         *make_faults_at(
             parent,
-            FRAM_CHUNK,
+            FRAM_CHUNK_INDEX,
             [*_list_state_faults(parent), *_list_word_faults(parent), *_list_layout_faults(parent)],
         ),
         *_make_position_faults(updates_far),
@@ -53,7 +53,7 @@ def make_update_faults(
     ]
     return [
         *(replace(vector, needs="updates") for vector in vectors),
-        *make_faults_at(journey, FRAM_CHUNK, _list_faults_without_feature(journey)),
+        *make_faults_at(journey, FRAM_CHUNK_INDEX, _list_faults_without_feature(journey)),
     ]
 
 
@@ -65,10 +65,10 @@ def _get_previous_state(parent: ValidStream, number: int = FRAM_ORDINAL - 1) -> 
 
 def _replace_frame(parent: ValidStream, change: Change, **overrides: Any) -> list[Chunk]:
     frame, _ = make_frame(parent.stream.head, _get_previous_state(parent), change, **overrides)
-    return parent.stream.replace_chunk(FRAM_CHUNK, payload=frame.pack())
+    return parent.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=frame.pack())
 
 
-def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_state_faults(parent: ValidStream) -> Iterable[FaultRow]:
     gaussians = _get_previous_state(parent).gaussians
     count = len(gaussians)
 
@@ -84,7 +84,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[Row]:
         note,
     )
     chunks = _replace_frame(
-        parent, Change(deaths=3, updates=make_deleting_updates(range(count - 3)))
+        parent, Change(death_count=3, updates=make_deleting_updates(range(count - 3)))
     )
     yield (
         "updates-rest-leaves",
@@ -149,7 +149,7 @@ def _compute_crc_without_updates(parent: ValidStream) -> int:
     return frame.state_crc
 
 
-def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
     frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     for code in (240, 255):
@@ -193,15 +193,15 @@ def _list_word_faults(parent: ValidStream) -> Iterable[Row]:
         yield f"updates-{name}", clauses, reject_id, chunks, note
 
 
-def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
+def _list_layout_faults(parent: ValidStream) -> Iterable[FaultRow]:
     frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     payload_with_updates, payload_without_updates = (
         frame.pack(),
         replace(frame, updates=None).pack(),
     )
-    offset = len(payload_without_updates) - 8 - 4 * len(frame.births)  # of the updates' word_count
-    counts = {"beyond": len(frame.updates or ()) + 1 << 8, "greatest": (1 << 32) - 1}
+    word_count_offset = len(payload_without_updates) - 8 - 4 * len(frame.births)
+    word_counts = {"beyond": len(frame.updates or ()) + 1 << 8, "greatest": (1 << 32) - 1}
     layout_cases = {
         "section-missing": (
             payload_without_updates,
@@ -223,24 +223,24 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[Row]:
         ),
         **{
             f"word-count-{name}": (
-                payload_with_updates[:offset]
+                payload_with_updates[:word_count_offset]
                 + count.to_bytes(4, "little")
-                + payload_with_updates[offset + 4 :],
+                + payload_with_updates[word_count_offset + 4 :],
                 *("field", "5-1 13-1", f"word_count of updates is {count}"),
             )
-            for name, count in counts.items()
+            for name, count in word_counts.items()
         },
     }
     for name, (payload, reject_id, clauses, note) in layout_cases.items():
-        chunks = parent.stream.replace_chunk(FRAM_CHUNK, payload=payload)
+        chunks = parent.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=payload)
         yield f"updates-{name}", clauses, reject_id, chunks, note
 
 
-def _list_faults_without_feature(journey: ValidStream) -> Iterable[Row]:
+def _list_faults_without_feature(journey: ValidStream) -> Iterable[FaultRow]:
     frame = journey.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     payload = replace(frame, updates=()).pack()
-    chunks = journey.stream.replace_chunk(FRAM_CHUNK, payload=payload)
+    chunks = journey.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=payload)
     note = "an updates section in a stream without FEATURE_UPDATES"
     yield "updates-without-the-feature", "5-3 12-2", "trailing-data", chunks, note
 
@@ -250,9 +250,9 @@ def _make_position_faults(updates_far: ValidStream) -> Iterable[Vector]:
     previous = _get_previous_state(updates_far, -1)
     positions = [g.position for g in previous.gaussians]
     step = updates_far.stream.head.translation_step
-    steps_to_edge = (8388607 - positions[0][1]) // step + 1
+    steps_beyond_edge = (8388607 - positions[0][1]) // step + 1
     cases = {
-        "beyond": ((0, steps_to_edge, 0), "an update moves a Gaussian just beyond the lattice"),
+        "beyond": ((0, steps_beyond_edge, 0), "an update moves a Gaussian just beyond the lattice"),
         "below": (
             ((-8388607 - positions[0][0]) // step - 1, 0, 0),
             "an update moves a Gaussian beyond the lattice in the negative direction",
@@ -274,7 +274,7 @@ def _make_feature_faults(parent: ValidStream) -> Iterable[Vector]:
     head = parent.stream.head
     for mask in (3, 10, 0x80000002):
         payload = replace(head, incompatible_features=mask).pack()
-        chunks = parent.stream.replace_chunk(HEAD_CHUNK, payload=payload)
+        chunks = parent.stream.replace_chunk(HEAD_CHUNK_INDEX, payload=payload)
         outcome, note = Outcome((), ("unsupported-feature",)), f"incompatible_features is {mask:#x}"
         name = f"invalid/updates-features-{mask:x}"
         vector = make_patched_vector(parent, name, "12-2", chunks, outcome, note)
@@ -283,7 +283,7 @@ def _make_feature_faults(parent: ValidStream) -> Iterable[Vector]:
 
 def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
     offsets = parent.layout.offsets
-    for chunk_index in _FRAME_CHUNKS:
+    for chunk_index in _FRAME_CHUNK_INDICES:
         yield from make_flip_vectors(parent, chunk_index, f"updates-flip-{chunk_index:02}")
         frames_before = count_frames(parent.stream.chunks[:chunk_index])
         yield make_loss_vector(

@@ -39,11 +39,11 @@ def make_random_updates(
 def _make_random_update(i: int, seed: int, updates_per_deletion: int) -> Update:
     if i and hash_numbers(seed, i, 1) % updates_per_deletion == 0:
         return Update(i, None)
-    rows = [pick_between(-5, 5, seed, i, 2, row) for row in range(13)]
+    residuals = [pick_between(-5, 5, seed, i, 2, row) for row in range(13)]
     for number, field in enumerate(FIELDS.values()):
         if hash_numbers(seed, i, 3, number) % 2:
-            rows[field.start : field.stop] = [0] * len(field)
-    return Update(i, tuple(rows))
+            residuals[field.start : field.stop] = [0] * len(field)
+    return Update(i, tuple(residuals))
 
 
 def make_equal_updates(count: int, residuals: tuple[int, ...]) -> tuple[Update, ...]:

@@ -55,7 +55,7 @@ def make_updates_journey() -> ValidStream:
         change = Change(
             make_moving_symbols(7, frame + 2),
             births,
-            deaths=1,
+            death_count=1,
             updates=make_random_updates(gaussian_count, frame + 1),
         )
         stream.add_frame(change)
@@ -81,10 +81,10 @@ def _count_gaussians(stream: Stream) -> int:
     return len(state.gaussians)
 
 
-def _append_frames(stream: Stream, frames: int, seed: int) -> Stream:
-    """Append `frames` frames with motion and updates, and finish the stream."""
+def _append_frames(stream: Stream, frame_count: int, seed: int) -> Stream:
+    """Append `frame_count` frames with motion and updates, and finish the stream."""
     channels = 3 + stream.head.rotation_components
-    for frame in range(1, frames + 1):
+    for frame in range(1, frame_count + 1):
         updates = make_random_updates(_count_gaussians(stream), seed + frame)
         stream.add_frame(Change(make_moving_symbols(channels, seed + frame), updates=updates))
     return stream.finish()

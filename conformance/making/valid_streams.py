@@ -31,7 +31,7 @@ def make_journey() -> ValidStream:
         if frame == 6:
             stream.add_chunk(b"note", b"an ancillary chunk of a type that nobody knows")
         stream.add_frame(
-            Change(make_moving_symbols(7, frame + 2), make_births([2, 7], frame), deaths=1)
+            Change(make_moving_symbols(7, frame + 2), make_births([2, 7], frame), death_count=1)
         )
     stream.finish(index=True)
     without_seek = make_valid_stream("streams/journey", "", "", stream)
@@ -66,8 +66,8 @@ def make_streams() -> list[ValidStream]:
 
 
 def _make_still_stream(**fields: object) -> Stream:
-    degree = fields.get("sh_degree", 1)
-    return Stream(Head(**fields)).add_canonical(0, make_cloud(6, degree=degree))  # type: ignore[arg-type]
+    sh_degree = fields.get("sh_degree", 1)
+    return Stream(Head(**fields)).add_canonical(0, make_cloud(6, sh_degree=sh_degree))  # type: ignore[arg-type]
 
 
 def _make_container_streams() -> list[ValidStream]:

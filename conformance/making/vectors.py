@@ -69,17 +69,17 @@ class Recovery:
 
 @dataclass(frozen=True)
 class Splice:
-    """A change to a parent: `count` copies of `inserted` replace `removed_bytes` at `offset`."""
+    """A change to a parent: `copies` copies of `inserted` replace `removed_bytes` at `offset`."""
 
     offset: int
     removed_bytes: int
     inserted: bytes
-    count: int = 1
+    copies: int = 1
 
     def as_json(self) -> dict[str, Any]:
         """Return the JSON value that represents this in the manifest."""
         entry = {"at": self.offset, "remove": self.removed_bytes, "insert": self.inserted.hex()}
-        return entry | ({"count": self.count} if self.count > 1 else {})
+        return entry | ({"count": self.copies} if self.copies > 1 else {})
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Vector:
         parent: Vector of the valid stream that this one patches.
         is_stored: Whether the stream is a file; otherwise it is generated from its parent.
         splices: Patch that turns the parent into this stream; if empty, it is computed.
-        numbers: SHA-256 of the dequantized numbers of each frame.
+        number_digests: SHA-256 of the dequantized numbers of each frame.
         needs: Capability that a decoder must have to be tested with the stream.
     """
 
@@ -113,7 +113,7 @@ class Vector:
     parent: "Vector | None" = None
     is_stored: bool = True
     splices: tuple[Splice, ...] = ()
-    numbers: tuple[tuple[int, str], ...] = ()
+    number_digests: tuple[tuple[int, str], ...] = ()
     needs: str = ""
 
     @property
@@ -142,7 +142,7 @@ class Vector:
             "recover": self.recover and self.recover.as_json(),
             "seek": [{"start": start} | outcome.as_json() for start, outcome in self.seek],
             "grow": self.grow,
-            "numbers": [list(pair) for pair in self.numbers],
+            "numbers": [list(pair) for pair in self.number_digests],
         }
         return entry | {key: value for key, value in optional_entries.items() if value}
 
@@ -154,20 +154,22 @@ def find_splices(parent: bytes, child: bytes) -> tuple[Splice, ...]:
     min_size = min(len(parent), len(child))
     start = next((i for i in range(min_size) if parent[i] != child[i]), min_size)
     max_suffix_size = min_size - start
-    end = next(
+    suffix_size = next(
         (i for i in range(max_suffix_size) if parent[-1 - i] != child[-1 - i]), max_suffix_size
     )
-    return (Splice(start, len(parent) - end - start, child[start : len(child) - end]),)
+    return (
+        Splice(start, len(parent) - suffix_size - start, child[start : len(child) - suffix_size]),
+    )
 
 
 def _find_equal_size_splices(parent: bytes, child: bytes) -> Iterable[Splice]:
     start: int | None = None
-    for index in range(len(parent) + 1):
-        differs = index < len(parent) and parent[index] != child[index]
+    for byte_index in range(len(parent) + 1):
+        differs = byte_index < len(parent) and parent[byte_index] != child[byte_index]
         if differs and start is None:
-            start = index
+            start = byte_index
         elif not differs and start is not None:
-            yield Splice(start, index - start, child[start:index])
+            yield Splice(start, byte_index - start, child[start:byte_index])
             start = None
 
 

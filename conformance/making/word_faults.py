@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from making.changes import Change
-from making.fault_rows import FRAM_CHUNK, FRAM_ORDINAL, Row, replace_frame_fields
+from making.fault_rows import FRAM_CHUNK_INDEX, FRAM_ORDINAL, FaultRow, replace_frame_fields
 from making.frames import make_frame
 from making.payloads import Canonical, Frame
 from making.streams import Chunk
@@ -37,7 +37,7 @@ _WRONG_KEY_DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
 )
 
 
-def list_word_faults(parent: ValidStream) -> Iterable[Row]:
+def list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
     """Yield frames with wrong words in the section of motion or births."""
     frame = parent.stream.payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
@@ -86,7 +86,7 @@ def list_word_faults(parent: ValidStream) -> Iterable[Row]:
     yield "words-after-stillness", "8.3-2", unconsumed_id, _replace_motion_words(parent), note
 
 
-def list_key_faults(parent: ValidStream) -> Iterable[Row]:
+def list_key_faults(parent: ValidStream) -> Iterable[FaultRow]:
     """Yield canonical frames with Morton keys outside their box."""
     canonical = parent.stream.payloads[3]
     assert isinstance(canonical, Canonical)
@@ -108,7 +108,7 @@ def _replace_motion_words(parent: ValidStream) -> list[Chunk]:
     previous = parent.stream.states[FRAM_ORDINAL - 1]
     assert previous is not None
     frame, _ = make_frame(parent.stream.head, previous, Change())
-    return parent.stream.replace_chunk(FRAM_CHUNK, payload=replace(frame, motion=(1,)).pack())
+    return parent.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=replace(frame, motion=(1,)).pack())
 
 
 def encode_stated_code(code: int) -> list[int]:

@@ -20,10 +20,10 @@ It returns None if no code is written for the context.
 """
 
 
-def encode(bits: Iterable[tuple[int, int]]) -> list[int]:
+def encode(weighted_bits: Iterable[tuple[int, int]]) -> list[int]:
     """Return the words that code pairs of (bit, weight of a 1) (SPEC 8.3)."""
     state, words = 0, []
-    for bit, weight in reversed(list(bits)):
+    for bit, weight in reversed(list(weighted_bits)):
         offset, share = (WEIGHT_TOTAL - weight, weight) if bit else (0, WEIGHT_TOTAL - weight)
         if state >> 40 >= share:
             words.append(state % (1 << 32))
@@ -57,7 +57,7 @@ class WritingSection(PlainSection):
         super().__init__(title, [], counts)
         self._planes = iter(planes.bits)
         self._choose_code = planes.choose_code
-        self._coded: list[tuple[int, int]] = []
+        self._weighted_bits: list[tuple[int, int]] = []
         self.written_words: list[int] = []
 
     def read_plane(self, model: str, name: str, contexts: list[int]) -> Bits:
@@ -71,16 +71,16 @@ class WritingSection(PlainSection):
             c: self._choose_code(model, c, len(b) - sum(b), sum(b))
             for c, b in bits_by_context.items()
         }
-        self._coded += [(int(code is not None), 1 << 18) for code in codes.values()]
+        self._weighted_bits += [(int(code is not None), 1 << 18) for code in codes.values()]
         for code in codes.values():
             if code is not None:
-                self._coded += [
+                self._weighted_bits += [
                     (code >> place & 1, WEIGHT_TOTAL // 2) for place in reversed(range(8))
                 ]
         for context, context_bits in bits_by_context.items():
             code, counts = codes[context], self.counts.get((model, context), [0, 0])
             weight = weight_from_counts(*counts) if code is None else weight_from_code(code)
-            self._coded += [(bit, weight) for bit in context_bits]
+            self._weighted_bits += [(bit, weight) for bit in context_bits]
             self.counts[model, context] = add_to_counts(counts, context_bits)
         return bits
 
@@ -88,13 +88,13 @@ class WritingSection(PlainSection):
         """See `PlainSection.read_raw_plane`."""
         bits = next(self._planes)
         assert len(bits) == count, name
-        self._coded += [(bit, WEIGHT_TOTAL // 2) for bit in bits]
+        self._weighted_bits += [(bit, WEIGHT_TOTAL // 2) for bit in bits]
         return bits
 
     def close(self) -> None:
         """Encode the collected bits into `written_words`."""
         assert next(self._planes, None) is None, "planes remain"
-        self.written_words = encode(self._coded)
+        self.written_words = encode(self._weighted_bits)
 
 
 def make_fixed_planes(values: Sequence[int], width: int) -> list[Bits]:
@@ -126,9 +126,9 @@ def make_ascending_planes(values: Sequence[int], width: int = 6) -> list[Bits]:
     return make_unsigned_planes(differences, width)
 
 
-def make_row_planes(*values: Sequence[int]) -> list[Bits]:
+def make_row_planes(*rows: Sequence[int]) -> list[Bits]:
     """Return the planes that code rows of signed numbers (SPEC 8.5)."""
-    return make_signed_planes([v for row in values for v in row])
+    return make_signed_planes([v for row in rows for v in row])
 
 
 def _make_mantissa_planes(values: Sequence[int]) -> list[Bits]:

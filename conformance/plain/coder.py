@@ -32,7 +32,7 @@ def add_to_counts(counts: list[int], bits: list[int]) -> list[int]:
 
 
 @dataclass
-class PlainCoder:
+class PlainBitDecoder:
     """The entropy decoder of SPEC 8.3: decodes bits from the words of a section."""
 
     words: list[int]

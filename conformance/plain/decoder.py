@@ -107,17 +107,17 @@ class FrameDecoder:
         """Return the state after a SNAP chunk (SPEC 7.9)."""
         assert previous.canonical is not None, "chunk-order"
         assert self.fields["frame"] == previous.frame + 1, "frame-order"
-        frame, gaussians = previous.canonical
-        assert self.fields["canonical"] == frame, "frame-order"
+        canonical_frame, canonical_gaussians = previous.canonical
+        assert self.fields["canonical"] == canonical_frame, "frame-order"
         section = self._open_section("survivors", self.fields["survivors"], {})
-        survivors = read_survivors(section, len(gaussians))
+        survivors = read_survivors(section, len(canonical_gaussians))
         self._close_section(section)
         for number, differences in survivors.items():
             self._record_note(f"differences of Gaussian {number} of the CANO", differences)
         newborn_gaussians = self._read_gaussians(self.fields["newborn_count"])
         assert survivors or newborn_gaussians, "count"
         state = self._make_state(
-            sort_by_morton_key(add_differences(gaussians, survivors) + newborn_gaussians)
+            sort_by_morton_key(add_differences(canonical_gaussians, survivors) + newborn_gaussians)
         )
         state.canonical = previous.canonical
         return state
@@ -203,18 +203,18 @@ class FrameDecoder:
         """Return the anchor levels of a frame that samples anchors (SPEC 6)."""
         ids = [g.id for g in state.gaussians]
         positions = [tuple(g.position) for g in state.gaussians]
-        count = -(-len(ids) // self.header["gaussians_per_anchor"])
+        anchor_count = -(-len(ids) // self.header["gaussians_per_anchor"])
         levels = []
         for number in range(1, self.header["level_count"] + 1):
             anchor_indices = oracle.sample(
-                ids, positions, state.phase, self.header["seed"], number, count
+                ids, positions, state.phase, self.header["seed"], number, anchor_count
             )
             anchor_positions = [positions[i] for i in anchor_indices]
             anchors_of_gaussians = oracle.bind(positions, anchor_positions)
             binding = dict(zip(ids, anchors_of_gaussians, strict=True))
             owners = [ids[i] for i in anchor_indices]
             levels.append(PlainLevel(owners, [list(p) for p in anchor_positions], [], binding))
-            count = max(1, count // self.header["anchor_ratio"])
+            anchor_count = max(1, anchor_count // self.header["anchor_ratio"])
         for level, coarser in pairwise(levels):
             level.parents = [coarser.binding[owner] for owner in level.owners]
         return levels
@@ -243,13 +243,13 @@ class FrameDecoder:
         for g in state.gaussians:
             anchor_symbols = [level.symbols[level.binding[g.id]] for level in state.levels]
             g.motion = [sum(channel) for channel in zip(*anchor_symbols, strict=True)]
-            translations = zip(g.position, g.motion[:3], strict=True)
+            coordinates_and_motion = zip(g.position, g.motion[:3], strict=True)
             rotation_sum = [0] * (7 - len(g.motion)) + g.motion[3:]
             rotation = g.rotation
             if any(rotation_sum):
                 rotation_sum[0] += len(state.levels) * unity
                 rotation = oracle.rotate(g.rotation, rotation_sum)
-            g.position, g.rotation = [p + step * t for p, t in translations], rotation
+            g.position, g.rotation = [p + step * t for p, t in coordinates_and_motion], rotation
 
     def _apply_updates(self, state: PlainState) -> None:
         """Read the updates, and apply them (SPEC 8.8, 7.8)."""

@@ -126,12 +126,12 @@ class FieldReader:
         return value
 
     def _read_text(self, name: str, kind: str) -> str:
-        count = self._read_number(f"{name} (bytes)", kind)
-        return self._take_bytes(name, count, "ascii").decode("utf-8")
+        byte_count = self._read_number(f"{name} (bytes)", kind)
+        return self._take_bytes(name, byte_count, "ascii").decode("utf-8")
 
-    def _take_bytes(self, name: str, count: int, display: str) -> bytes:
-        data = self._data[self.offset : self.offset + count]
-        assert len(data) == count, name
+    def _take_bytes(self, name: str, byte_count: int, display: str) -> bytes:
+        data = self._data[self.offset : self.offset + byte_count]
+        assert len(data) == byte_count, name
         is_readable = display == "ascii" and data.isascii() and data.decode("ascii").isprintable()
         self._record_row(data, name, data.decode() if is_readable else "")
         return data

@@ -8,29 +8,32 @@ _MAGNITUDE_BORDERS = (-8, -3, -1, 0, 1, 2, 3, 4, 6, 10)
 
 
 def read_motion(
-    section: PlainSection, channels: int, motion: dict[int, Vector], levels: list[PlainLevel]
+    section: PlainSection,
+    channel_count: int,
+    previous_motion: dict[int, Vector],
+    levels: list[PlainLevel],
 ) -> None:
     """Set the expected and the coded symbols of the anchors of every level.
 
     Args:
         section: Motion section of the frame.
-        channels: Number of symbols of an anchor: 6, or 7 if rotations have w.
-        motion: Motion of the previous frame, by the id of the Gaussian; a missing entry means 0.
+        channel_count: Number of symbols of an anchor: 6, or 7 if rotations have w.
+        previous_motion: Motion in the previous frame, by id of the Gaussian; 0 if an id is missing.
         levels: Anchor levels, beginning with level 1.
     """
-    zeros = [0] * channels
+    zeros = [0] * channel_count
     # The anchors of level L have no parents, and are coded as if they had parents that do not move.
     symbols, parent_sums = [zeros], [zeros]
-    for number in range(len(levels), 0, -1):
-        level = levels[number - 1]
-        parents = level.parents if number < len(levels) else [0] * len(level.owners)
+    for level_number in range(len(levels), 0, -1):
+        level = levels[level_number - 1]
+        parents = level.parents if level_number < len(levels) else [0] * len(level.owners)
         parent_symbols = [symbols[p] for p in parents]
         parent_sums = [_add(symbols[p], parent_sums[p]) for p in parents]
-        previous_motion = [motion.get(owner, zeros) for owner in level.owners]
+        motion_of_anchors = [previous_motion.get(owner, zeros) for owner in level.owners]
         level.expected = [
-            _subtract(o, d) for o, d in zip(previous_motion, parent_sums, strict=True)
+            _subtract(o, d) for o, d in zip(motion_of_anchors, parent_sums, strict=True)
         ]
-        level.symbols = _LevelReader(section, f"motion {number}", level.expected).read(
+        level.symbols = _LevelReader(section, f"motion {level_number}", level.expected).read(
             parent_symbols
         )
         symbols = level.symbols
@@ -77,10 +80,10 @@ class _LevelReader:
     def _read_nonzero(self, moving_anchors: list[int]) -> list[SymbolIndex]:
         """Return (channel, anchor) of each nonzero symbol, in the order of the planes."""
         nonzero: list[SymbolIndex] = []
-        channels = len(self.symbols[0])
-        for channel in range(channels):
+        channel_count = len(self.symbols[0])
+        for channel in range(channel_count):
             kind = "translation" if channel < 3 else "rotation"
-            kind = "w" if channel == 3 and channels == 7 else kind
+            kind = "w" if channel == 3 and channel_count == 7 else kind
             earlier_counts = {
                 a: sum(1 for _, nonzero_anchor in nonzero if nonzero_anchor == a)
                 for a in moving_anchors

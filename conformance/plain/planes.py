@@ -6,7 +6,7 @@ A section records a run for each context of each plane. The annexes of SPEC.md p
 from dataclasses import dataclass, field
 from typing import Any
 
-from plain.coder import Counts, PlainCoder, add_to_counts, weight_from_code, weight_from_counts
+from plain.coder import Counts, PlainBitDecoder, add_to_counts, weight_from_code, weight_from_counts
 
 Row = list[int]
 
@@ -40,7 +40,7 @@ class PlainSection:
     runs: list[Run] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self.coder = PlainCoder(self.words)
+        self.coder = PlainBitDecoder(self.words)
 
     def read_plane(self, model: str, name: str, contexts: Row) -> Row:
         """Return the bits of a plane, in the order of its elements."""

@@ -15,9 +15,9 @@ _FIELDS = {
 }
 
 
-def read_survivors(section: PlainSection, count: int) -> Survivors:
-    """Return the differences of the surviving Gaussians of a CANO with `count` Gaussians."""
-    survival_bits = section.read_plane("survivors, lives", "", [0] * count)
+def read_survivors(section: PlainSection, canonical_count: int) -> Survivors:
+    """Return the differences of the survivors of a CANO with `canonical_count` Gaussians."""
+    survival_bits = section.read_plane("survivors, lives", "", [0] * canonical_count)
     survivor_indices = [i for i, bit in enumerate(survival_bits) if bit]
     differences: list[Vector] = [[0] * 14 for _ in survivor_indices]
     field_masks = [0] * len(survivor_indices)

@@ -12,7 +12,7 @@ from runner.manifest import Suite
 from runner.process import CRASH, STATUS, CodecProcess, FaultError
 
 Line = dict[str, Any]
-_EXIT_STATUS = {"refused": 1, "declined": 3}
+_EXIT_STATUSES = {"refused": 1, "declined": 3}
 _STARTUP_SECONDS = 20.0
 
 
@@ -34,14 +34,14 @@ class CaseRunner:
         command: Command line of the decoder.
         suite: Suite that contains the streams.
         limits: Limits of each case.
-        jobs: Whether the decoder supports many jobs in one process.
+        supports_jobs: Whether the decoder supports many jobs in one process.
     """
 
-    def __init__(self, command: str, suite: Suite, limits: Limits, *, jobs: bool) -> None:
+    def __init__(self, command: str, suite: Suite, limits: Limits, *, supports_jobs: bool) -> None:
         self._command = command
         self._suite = suite
         self._limits = limits
-        self._jobs = jobs
+        self._supports_jobs = supports_jobs
         self._worker: CodecProcess | None = None
 
     def run_case(self, case: Case) -> Verdict:
@@ -49,7 +49,9 @@ class CaseRunner:
         try:
             if case.mode == "grow":
                 return self._run_growing(case)
-            return judge(case, self._run_job(case) if self._jobs else self._run_single(case))
+            return judge(
+                case, self._run_job(case) if self._supports_jobs else self._run_single(case)
+            )
         except FaultError as fault:
             self.close()
             return Verdict(fault.verdict, str(fault))
@@ -129,10 +131,10 @@ def _check_status(decoder: CodecProcess, lines: list[Line]) -> None:
     """Raise `FaultError` if the exit status does not match the printed lines."""
     status = decoder.finish()
     last_line = lines[-1] if lines else {}
-    expected = next((code for key, code in _EXIT_STATUS.items() if key in last_line), 0)
+    expected = next((code for key, code in _EXIT_STATUSES.items() if key in last_line), 0)
     if status == expected:
         return
-    if expected and status in {0, *_EXIT_STATUS.values()}:
+    if expected and status in {0, *_EXIT_STATUSES.values()}:
         raise FaultError(STATUS, f"exit status {status}, expected {expected}")
     raise decoder.make_crash_fault(status)
 

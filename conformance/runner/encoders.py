@@ -93,36 +93,36 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "stream").write_bytes(stream)
         suite = Suite(Path(folder), {}, [])
-        case_runner = CaseRunner(decoder, suite, limits, jobs=True)
+        case_runner = CaseRunner(decoder, suite, limits, supports_jobs=True)
         try:
             return case_runner.run_job({"job": "decode", "values": True}, stream)
         finally:
             case_runner.close()
 
 
-def _judge_level(level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
+def _judge_level(declared_level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
     """Check that the declared level and the level in HEAD are both the lowest sufficient level."""
     chunks = [piece for piece, _ in split_chunks(stream)]
     head_level = chunks[0][8 + 20 + _LEVEL_OFFSET]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
-    births = [
+    birth_counts = [
         int.from_bytes(p[9:13], "little")
         for p, c in zip(payloads, chunks[1:], strict=True)
         if c[4:8] == b"FRAM"
     ]
     used_resources = (
         max(line["gaussians"] for line in decoded),
-        max(births, default=0),
+        max(birth_counts, default=0),
         max(map(len, payloads)),
     )
     lowest_level = next(
         (n for n, limits in LEVEL_LIMITS.items() if all(map(int.__le__, used_resources, limits))),
         _UNLIMITED_LEVEL,
     )
-    if not level == head_level == lowest_level:
+    if not declared_level == head_level == lowest_level:
         return Verdict(
             "level",
-            f"level {level} is declared and level {head_level} is in HEAD,"
+            f"level {declared_level} is declared and level {head_level} is in HEAD,"
             f" but level {lowest_level} suffices",
         )
     return None
@@ -132,7 +132,7 @@ def _judge_bounds(scene: Line, bounds: dict[str, float], decoded: list[Line]) ->
     """Compare the decoded Gaussians of every frame with the Gaussians of the scene."""
     previous: list[dict[str, tuple[float, ...]]] = []
     for number, line in enumerate(decoded):
-        gaussians = list(_split_gaussians(line, scene["header"]["sh_degree"]))
+        gaussians = list(_unpack_gaussians(line, scene["header"]["sh_degree"]))
         added_gaussians = (
             scene["canonical"] if number == 0 else scene["frames"][number - 1].get("births", [])
         )
@@ -142,29 +142,29 @@ def _judge_bounds(scene: Line, bounds: dict[str, float], decoded: list[Line]) ->
                 "missing",
                 f"frame {number} has {len(gaussians)} Gaussians, expected {expected_count}",
             )
-        fault = _find_unmatched(added_gaussians, gaussians[len(previous) :], bounds)
+        fault = _describe_unmatched(added_gaussians, gaussians[len(previous) :], bounds)
         if number and not fault:
             shift = scene["frames"][number - 1].get("shift", (0.0, 0.0, 0.0))
-            fault = _find_wrong_shift(previous, gaussians, shift, bounds["shift"])
+            fault = _describe_wrong_shift(previous, gaussians, shift, bounds["shift"])
         if fault:
             return Verdict("bounds", f"frame {number}: {fault}")
         previous = gaussians
     return None
 
 
-def _split_gaussians(line: Line, degree: int) -> Iterator[dict[str, tuple[float, ...]]]:
+def _unpack_gaussians(line: Line, sh_degree: int) -> Iterator[dict[str, tuple[float, ...]]]:
     """Yield the values of each Gaussian of a frame, by field."""
     data, count = bytes.fromhex(line["values"]), line["gaussians"]
     values = struct.unpack(f"<{len(data) // 4}f", data)
     rows = [values[start : start + count] for start in range(0, len(values), count)]
     for attributes in zip(*rows, strict=True):
         offset, fields = 0, {}
-        for name, size in list(_FIELD_SIZES.items())[: 5 + degree]:
+        for name, size in list(_FIELD_SIZES.items())[: 5 + sh_degree]:
             fields[name], offset = attributes[offset : offset + size], offset + size
         yield fields
 
 
-def _find_unmatched(
+def _describe_unmatched(
     expected: list[Line], decoded: list[dict[str, tuple[float, ...]]], bounds: dict[str, float]
 ) -> str:
     """Return a message about the first expected Gaussian without a match; empty if all match."""
@@ -201,7 +201,7 @@ def _compute_distance(name: str, expected: list[float], decoded: tuple[float, ..
     return min(difference, negated_difference) if name == "rotation" else difference
 
 
-def _find_wrong_shift(
+def _describe_wrong_shift(
     previous: list[dict[str, tuple[float, ...]]],
     gaussians: list[dict[str, tuple[float, ...]]],
     shift: Any,

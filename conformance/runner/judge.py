@@ -113,12 +113,12 @@ def _judge_gaps(case: Case, lines: list[Line]) -> Verdict:
 
 
 def _judge_numbers(case: Case, lines: list[Line]) -> Verdict:
-    printed_numbers = [[line.get("frame"), line.get("numbers_sha256")] for line in lines]
-    if not printed_numbers:
+    printed_digests = [[line.get("frame"), line.get("numbers_sha256")] for line in lines]
+    if not printed_digests:
         return Verdict("silent", "the decoder printed nothing")
     return (
         Verdict(PASS)
-        if printed_numbers == case.expected["numbers"]
+        if printed_digests == case.expected["numbers"]
         else Verdict("wrong", "the dequantized numbers differ")
     )
 

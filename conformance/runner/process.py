@@ -14,7 +14,7 @@ from runner.limits import Limits, ResourceMonitor, kill_process_group
 Line = dict[str, Any]
 GARBAGE, CRASH, STATUS = "garbage", "crash", "status"
 _POLL_SECONDS = 0.02
-_STDERR_BYTES = 2000
+_MAX_STDERR_BYTES = 2000
 _MAX_LINE_BYTES = 1 << 20
 
 
@@ -50,7 +50,7 @@ class CodecProcess:
         self._limits = limits
         self._process = _start_process([*_split_command(command), *extra_arguments], limits)
         self._lines: queue.Queue[bytes | None] = queue.Queue()
-        self._errors = b""
+        self._stderr_tail = b""
         self.monitor = ResourceMonitor(self._process.pid, limits)
         for reader in (self._read_output, self._read_errors):
             threading.Thread(target=reader, daemon=True).start()
@@ -95,7 +95,7 @@ class CodecProcess:
 
     def get_stderr_tail(self) -> str:
         """Return the last 300 bytes that the decoder wrote to standard error, as one line."""
-        return self._errors[-300:].decode(errors="replace").strip().replace("\n", " | ")
+        return self._stderr_tail[-300:].decode(errors="replace").strip().replace("\n", " | ")
 
     def make_crash_fault(self, status: int) -> FaultError:
         """Return the fault of a decoder that ended with this exit status and without a result."""
@@ -126,7 +126,7 @@ class CodecProcess:
             )
 
     def _classify_crash(self) -> str:
-        stderr = self._errors.lower()
+        stderr = self._stderr_tail.lower()
         patterns = (
             b"memoryerror",
             b"out of memory",
@@ -155,7 +155,7 @@ class CodecProcess:
         assert self._process.stderr is not None
         with suppress(OSError, ValueError):
             while piece := self._process.stderr.read(1 << 12):
-                self._errors = (self._errors + piece)[-_STDERR_BYTES:]
+                self._stderr_tail = (self._stderr_tail + piece)[-_MAX_STDERR_BYTES:]
 
 
 def _split_command(command: str) -> list[str]:

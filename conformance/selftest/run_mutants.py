@@ -82,7 +82,7 @@ def try_mutant(
     needed_categories = len(CATEGORIES) if mutant.only_category else needed_categories
     with tempfile.TemporaryDirectory() as folder:
         case_runner = CaseRunner(
-            copy_with_mutant(mutant, package, Path(folder)), suite, limits, jobs=True
+            copy_with_mutant(mutant, package, Path(folder)), suite, limits, supports_jobs=True
         )
         try:
             first_failures = _find_first_failures(

@@ -52,7 +52,7 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
     """Yield the answer to one job."""
     kind = job["job"]
     if kind == "decode":
-        outputs = [key for key in _NUMBER_OUTPUTS if job.get(key)]
+        outputs = [key for key in _DEQUANTIZED_OUTPUTS if job.get(key)]
         yield from describe_stream(stream, job.get("start", 0), outputs)
     elif kind == "recover":
         yield from _append_rejection(_describe_recovery(stream))
@@ -88,7 +88,7 @@ def _append_rejection(lines: Iterator[Line]) -> Iterator[Line]:
 
 def _describe(scene: Scene, outputs: Iterable[str] = ()) -> Line:
     line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
-    return line | dict(_NUMBER_OUTPUTS[key](_serialize_numbers(scene)) for key in outputs)
+    return line | dict(_DEQUANTIZED_OUTPUTS[key](_serialize_numbers(scene)) for key in outputs)
 
 
 def _describe_recovery(stream: bytes) -> Iterator[Line]:
@@ -108,7 +108,7 @@ def _serialize_numbers(scene: Scene) -> bytes:
     return b"".join(row.T.tobytes() for row in rows)
 
 
-_NUMBER_OUTPUTS: dict[str, Callable[[bytes], tuple[str, str]]] = {
+_DEQUANTIZED_OUTPUTS: dict[str, Callable[[bytes], tuple[str, str]]] = {
     "numbers": lambda numbers: ("numbers_sha256", hashlib.sha256(numbers).hexdigest()),
     "values": lambda numbers: ("values", numbers.hex()),
 }

@@ -71,8 +71,8 @@ def _count_anchors(gaussians: int, **header: int) -> list[int]:
 def _sample_anchors(
     ids: list[int], positions: list[list[int]], seed: int | str, phase: int, **header: int
 ) -> list[list[int]]:
-    stream = StreamHeader(seed=int(seed), sh_degree=0, **header)  # type: ignore[arg-type]
-    anchors = sample_anchors(_make_scene(stream, ids, positions, phase))
+    stream_header = StreamHeader(seed=int(seed), sh_degree=0, **header)  # type: ignore[arg-type]
+    anchors = sample_anchors(_make_scene(stream_header, ids, positions, phase))
     return [_flatten(level.owners) for level in anchors.levels]
 
 
@@ -119,13 +119,13 @@ def _rotate(rotation: list[int], sums: list[int]) -> list[int]:
     )
 
 
-def _compute_weight(zeros: int, ones: int) -> int:
+def _compute_weight_from_counts(zeros: int, ones: int) -> int:
     return int(_make_counts((zeros, ones)).compute_weights(_MODEL, np.array([0]))[0])
 
 
-def _add_plane_to_counts(before: list[int], plane: list[int]) -> list[int]:
-    counts = _make_counts(tuple(before))
-    counts.add_bits(_MODEL, np.array([0]), np.array([plane[0]]), np.array([plane[1]]))
+def _add_plane_to_counts(counts_before: list[int], zeros: int, ones: int) -> list[int]:
+    counts = _make_counts(tuple(counts_before))
+    counts.add_bits(_MODEL, np.array([0]), np.array([zeros]), np.array([ones]))
     return _flatten(counts.look_up_counts(_MODEL, np.array([0])))
 
 
@@ -136,9 +136,9 @@ def _make_counts(counted_bits: tuple[int, ...]) -> ContextCounts:
 
 
 def _decode_bits(words: list[int], weights: list[int]) -> list[int]:
-    coder = make_bit_decoder(np.array(words, dtype=np.uint32))
-    bits = [int(coder.take(1, weight)[0]) for weight in weights]
-    coder.finish()
+    bit_decoder = make_bit_decoder(np.array(words, dtype=np.uint32))
+    bits = [int(bit_decoder.take(1, weight)[0]) for weight in weights]
+    bit_decoder.finish()
     return bits
 
 
@@ -147,13 +147,13 @@ def _make_plane_reader(words: list[int]) -> PlaneReader:
 
 
 def _make_value_unit(code_values: Callable[..., Int64]) -> Callable[..., list[int]]:
-    def run_unit(words: list[int], contexts: list[int], width: int) -> list[int]:
+    def decode_values(words: list[int], contexts: list[int], width: int) -> list[int]:
         reader, context_array = _make_plane_reader(words), np.array(contexts, dtype=np.int64)
         numbers = code_values(reader, _MODEL, context_array, width, np.zeros_like(context_array))
         reader.finish()
         return _flatten(numbers)
 
-    return run_unit
+    return decode_values
 
 
 def _read_ascending(words: list[int], count: int) -> list[int]:
@@ -177,8 +177,8 @@ def _compute_digests(
         np.array(field, dtype=np.int32).T for field in (positions, rotations)
     )
     code_planes = np.array(codes, dtype=np.int16).T
-    degree = int(len(codes[0]) > StreamHeader(sh_degree=0).code_planes)
-    header = StreamHeader(sh_degree=degree)
+    sh_degree = int(len(codes[0]) > StreamHeader(sh_degree=0).code_planes)
+    header = StreamHeader(sh_degree=sh_degree)
     scene = Scene(
         header,
         phase,
@@ -211,8 +211,8 @@ UNITS: dict[str, Callable[..., _JsonValue]] = {
     "bind": _bind_positions,
     "deaths": _choose_deaths,
     "weight_of_code": weight_of_probability_code,
-    "weight_by_counts": _compute_weight,
-    "counts": _add_plane_to_counts,
+    "weight_by_counts": _compute_weight_from_counts,
+    "counts": lambda before, plane: _add_plane_to_counts(before, *plane),
     "decode_bits": _decode_bits,
     "fixed": _make_value_unit(values.code_fixed),
     "unsigned": _make_value_unit(values.code_unsigned),

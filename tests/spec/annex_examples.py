@@ -76,7 +76,7 @@ def coder_steps() -> str:
     while state:
         words.append(f"{state & 0xFFFFFFFF:08x}")
         state >>= 32
-    coder, rows = plain_coder.PlainCoder([int(word, 16) for word in words]), []
+    coder, rows = plain_coder.PlainBitDecoder([int(word, 16) for word in words]), []
     for bit, weight in _BITS:
         word_count, state_before = len(coder.words), coder.state
         taken_word = f"{coder.words[-1]:08x}" if coder.words else "none"

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plain.coder import PlainCoder, add_to_counts
+from plain.coder import PlainBitDecoder, add_to_counts
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.rotation import _normalize, expand_rotations, normalize_sums, rotate
 from quarc_ref.format import arithmetic
@@ -101,7 +101,7 @@ def answer_encode(bits: str, weights: str) -> str:
 def answer_decode(bits: str, weights: str) -> str:
     """Return the words, after checking that they decode to these bits."""
     expected_words = answer_encode(bits, weights)
-    coder = PlainCoder(numbers(expected_words.replace("none", ""), 16))
+    coder = PlainBitDecoder(numbers(expected_words.replace("none", ""), 16))
     assert [coder.decode_bit(weight) for weight in numbers(weights)] == [
         int(b) for b in bits.split()
     ]
