@@ -144,16 +144,16 @@ def _sum_curves(
 ) -> Float64Array:
     """Return, for each shift of a signal, the sum of its correlations with the other signals."""
     width = curves.shape[2]
-    total = np.zeros(width)
+    curve_sum = np.zeros(width)
     for other_index in other_indices:
         if other_index != index:
             shift = int(shifts[other_index])
             pair_curve = curves[other_index, index]
             if shift >= 0:
-                total[shift:] += pair_curve[: width - shift]
+                curve_sum[shift:] += pair_curve[: width - shift]
             else:
-                total[:shift] += pair_curve[-shift:]
-    return total
+                curve_sum[:shift] += pair_curve[-shift:]
+    return curve_sum
 
 
 def _find_shifts_greedily(curves: NDArray[np.float32]) -> NDArray[np.int64]:

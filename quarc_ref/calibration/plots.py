@@ -50,19 +50,20 @@ def plot_rig(cameras: Sequence[CalibratedCamera], points: Points, unit: str) -> 
 
 def _draw_rig(
     axes: Axes,
-    rig: tuple[Float64Array, Float64Array],
-    points: tuple[Float64Array, Float64Array],
+    centers_and_directions: tuple[Float64Array, Float64Array],
+    positions_and_colors: tuple[Float64Array, Float64Array],
     axis_indices: tuple[int, int],
     names: Sequence[str],
 ) -> None:
     """Draw cameras, their lines of sight and scene points, projected onto two world axes."""
     signs = np.array([1.0, -1.0 if axis_indices[1] == 1 else 1.0])  # -y is up
-    centers, directions = (values[:, axis_indices] * signs for values in rig)
-    positions = points[0][:, axis_indices] * signs
+    centers, directions = (values[:, axis_indices] * signs for values in centers_and_directions)
+    all_positions, colors = positions_and_colors
+    positions = all_positions[:, axis_indices] * signs
     radius = _REGION_RADIUS_FACTOR * max(float(np.abs(centers).max()), 1e-9)
     is_inside = (np.abs(positions) < radius).all(axis=1)
     horizontal, vertical = positions[is_inside].T
-    axes.scatter(horizontal, vertical, s=2, c=points[1][is_inside], linewidths=0)
+    axes.scatter(horizontal, vertical, s=2, c=colors[is_inside], linewidths=0)
     label_rows = np.argsort(np.argsort(centers[:, 0])) % _LABEL_ROWS
     for name, center, direction, row in zip(names, centers, directions, label_rows, strict=True):
         sight_line = np.stack([center, center + _SIGHT_LINE_LENGTH * radius * direction])

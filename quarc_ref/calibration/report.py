@@ -51,13 +51,13 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
         "figures": _format_key_figures(calibration),
         "plot": embed_png(plot),
         "left_out": _format_left_out(calibration),
-        "cameras": format_table(HEADINGS, list_cameras(calibration)),
-        "lenses": format_table(*_list_lenses(calibration)),
+        "cameras": format_table(CAMERA_HEADINGS, make_camera_rows(calibration)),
+        "lenses": format_table(*_make_lens_table(calibration)),
     }
     return folder.write(PAGE_NAME, fill_page(template, parts))
 
 
-HEADINGS = (
+CAMERA_HEADINGS = (
     "camera",
     "error, px",
     "median, px",
@@ -68,8 +68,8 @@ HEADINGS = (
 )
 
 
-def list_cameras(calibration: Calibration) -> list[list[str]]:
-    """Return one table row per calibrated camera; the column headings are `HEADINGS`."""
+def make_camera_rows(calibration: Calibration) -> list[list[str]]:
+    """Return one table row per calibrated camera; the column headings are `CAMERA_HEADINGS`."""
     offsets = calibration.offsets
     rows = []
     for camera in calibration.world.cameras:
@@ -116,7 +116,7 @@ def _format_left_out(calibration: Calibration) -> str:
     return f"<ul>{items}</ul>"
 
 
-def _list_lenses(calibration: Calibration) -> tuple[tuple[str, ...], list[list[str]]]:
+def _make_lens_table(calibration: Calibration) -> tuple[tuple[str, ...], list[list[str]]]:
     """Return the headings and one row per lens; a row names the cameras that share the lens."""
     lenses: dict[Lens, list[str]] = {}
     for camera in calibration.world.cameras:

@@ -24,7 +24,7 @@ _POINTS_NAME = "points3D.ply"
 _COEFFICIENT_NAMES = ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6")
 _FISHEYE_COEFFICIENT_NAMES = ("k1", "k2", "k3", "k4")
 
-Values = dict[str, object]
+JsonObject = dict[str, object]
 
 
 def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
@@ -51,7 +51,7 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
 
 def _add_recording(
     camera: CalibratedCamera, calibration: Calibration, folder: OutputFolder
-) -> list[Values]:
+) -> list[JsonObject]:
     """Add the recording of a camera to the folder; return its entries in `transforms.json`."""
     paths = calibration.recordings.pictures.paths[calibration.recordings.index(camera.name)]
     camera_entry = _make_entry(camera)
@@ -59,7 +59,7 @@ def _add_recording(
         name = f"{camera.name}{paths[0].suffix}"
         folder.link(name, paths[0])
         return [{"file_path": name, **camera_entry}]
-    entries: list[Values] = []
+    entries: list[JsonObject] = []
     with folder.create_subfolder(camera.name) as subfolder:
         for frame, path in enumerate(paths):
             name = f"{frame:06d}{path.suffix}"
@@ -68,7 +68,7 @@ def _add_recording(
     return entries
 
 
-def _make_entry(camera: CalibratedCamera) -> Values:
+def _make_entry(camera: CalibratedCamera) -> JsonObject:
     """Return the lens and pose of a camera as an entry of `transforms.json`."""
     right, down, forward = camera.pose.rotation
     center = -camera.pose.rotation.T @ camera.pose.translation
@@ -77,7 +77,7 @@ def _make_entry(camera: CalibratedCamera) -> Values:
     return {**_make_lens_entry(camera.lens), "transform_matrix": matrix.tolist()}
 
 
-def _make_lens_entry(lens: Lens) -> Values:
+def _make_lens_entry(lens: Lens) -> JsonObject:
     names = _FISHEYE_COEFFICIENT_NAMES if lens.fisheye else _COEFFICIENT_NAMES
     return {
         "camera_model": "OPENCV_FISHEYE" if lens.fisheye else "OPENCV",

@@ -87,12 +87,15 @@ def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthV
     view, depths = depth_view.view, depth_view.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
-    rays *= depths[rows, columns, None]
-    agreement = _measure_agreement(view.to_world(rays), depth_views)
+    camera_positions = rays * depths[rows, columns, None]
+    agreement = _measure_agreement(view.to_world(camera_positions), depth_views)
     is_confirmed = (agreement.agreeing_counts >= _MIN_AGREEING_CAMERAS) & (
         agreement.contradicting_counts < agreement.agreeing_counts
     )
-    positions = view.to_world(rays[is_confirmed] * agreement.depth_ratios[is_confirmed, None])
+    corrected_positions = (
+        camera_positions[is_confirmed] * agreement.depth_ratios[is_confirmed, None]
+    )
+    positions = view.to_world(corrected_positions)
     return Points(
         positions.astype(np.float32), view.picture[rows[is_confirmed], columns[is_confirmed]]
     )

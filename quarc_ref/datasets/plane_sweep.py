@@ -75,9 +75,13 @@ def make_view(camera: CalibratedCamera, picture: Image, depths: Float64Array) ->
     x_scale, y_scale = size[0] / lens.width, size[1] / lens.height
     small_picture = np.asarray(cv2.resize(picture, size, interpolation=cv2.INTER_AREA), np.uint8)
     gray = np.asarray(cv2.cvtColor(small_picture, cv2.COLOR_RGB2GRAY), np.float32) / np.float32(255)
-    center = (lens.cx * x_scale - 0.5, lens.cy * y_scale - 0.5)
+    principal_point = (lens.cx * x_scale - 0.5, lens.cy * y_scale - 0.5)
     matrix = np.array(
-        [[lens.fx * x_scale, 0, center[0]], [0, lens.fy * y_scale, center[1]], [0, 0, 1]]
+        [
+            [lens.fx * x_scale, 0, principal_point[0]],
+            [0, lens.fy * y_scale, principal_point[1]],
+            [0, 0, 1],
+        ]
     )
     nearest, farthest = (
         float(np.quantile(depths, quantile)) for quantile in _DEPTH_RANGE_QUANTILES

@@ -132,8 +132,8 @@ def _undistort_pixels(lens: Lens, pixels: Float64Array) -> Float64Array:
         )
         return np.asarray(directions, dtype=np.float64)
     undistorted = cv2.undistortImagePoints(pixels, matrix, coefficients, arg1=_STOP_CRITERIA)
-    focal, center = np.array([lens.fx, lens.fy]), matrix[:2, 2]
-    return np.asarray((undistorted - center) / focal, dtype=np.float64)
+    focal_lengths, principal_point = np.array([lens.fx, lens.fy]), matrix[:2, 2]
+    return np.asarray((undistorted - principal_point) / focal_lengths, dtype=np.float64)
 
 
 def _require_inside_picture(lens: Lens, pinhole: Lens) -> None:

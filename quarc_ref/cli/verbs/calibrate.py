@@ -199,7 +199,7 @@ def _reject_unknown_cameras(recordings: "Recordings", up: str, distance: "Distan
 def _print_result(
     output: Path, calibration: "Calibration", page: Path, seconds: float, *, as_json: bool
 ) -> None:
-    from quarc_ref.calibration.report import HEADINGS, list_cameras
+    from quarc_ref.calibration.report import CAMERA_HEADINGS, make_camera_rows
 
     if as_json:
         values = {**_as_json(calibration), "report": str(page), "seconds": seconds}
@@ -231,8 +231,8 @@ def _print_result(
         "report": str(page),
     }
     print_fields(output.name, fields)
-    first_heading, *other_headings = HEADINGS
-    print_columns("Cameras", [f"<{first_heading}", *other_headings], list_cameras(calibration))
+    first_heading, *other_headings = CAMERA_HEADINGS
+    print_columns("Cameras", [f"<{first_heading}", *other_headings], make_camera_rows(calibration))
 
 
 _OFFSET_SOURCES = {

@@ -40,7 +40,7 @@ def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> 
             )
             return
         _print_chunks(f"{format_stream_name(file)}: chunks", summary)
-        for print_section in (_print_frames, _print_symbols, _print_entropy):
+        for print_section in (_print_frames, _print_symbols, _print_byte_totals):
             sys.stdout.write("\n")
             print_section(summary)
 
@@ -95,7 +95,7 @@ def _print_symbols(summary: "StreamSummary") -> None:
     print_columns("symbols", ("magnitude", "translation", "", "rotation", ""), rows)
 
 
-def _print_entropy(summary: "StreamSummary") -> None:
+def _print_byte_totals(summary: "StreamSummary") -> None:
     from quarc_ref.inspection.stream_summary import KINDS
 
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()

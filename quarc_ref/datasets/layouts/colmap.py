@@ -130,7 +130,7 @@ def _make_camera(
         center = -axes @ camera_from_world.translation
     pose = make_pose(axes, center)
     point_ids = [point.point3D_id for point in image.points2D if point.has_point3D()]
-    positions = np.array([model.points3D[index].xyz for index in point_ids]).reshape(-1, 3)
+    positions = np.array([model.points3D[point_id].xyz for point_id in point_ids]).reshape(-1, 3)
     depths = positions @ pose.rotation[2] + pose.translation[2]
     depths = depths[depths > 0]
     near = choose_near(depths) if depths.size else None

@@ -61,8 +61,8 @@ def read_n3dv(folder: Path) -> Footage:
     )
 
 
-def _find_files(folder: Path, count: int) -> Files:
-    """Return the videos or pictures of `count` cameras, by camera name."""
+def _find_files(folder: Path, camera_count: int) -> Files:
+    """Return the videos or pictures of `camera_count` cameras, by camera name."""
     candidates = [_prefer_camera_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
     candidates = [files for files in candidates if files]
     if not candidates:
@@ -70,11 +70,11 @@ def _find_files(folder: Path, count: int) -> Files:
         message = f"{folder} has {POSES_NAME}, but no videos or pictures: looked for {patterns}"
         raise MissingFileError(message)
     for files in candidates:
-        if len(files) == count:
+        if len(files) == camera_count:
             return files
     message = (
-        f"{folder / POSES_NAME} has {count} poses, but there are {len(candidates[0])} cameras "
-        f"({', '.join(candidates[0])}): add the missing videos, or remove the extra poses"
+        f"{folder / POSES_NAME} has {camera_count} poses, but there are {len(candidates[0])} "
+        f"cameras ({', '.join(candidates[0])}): add the missing videos, or remove the extra poses"
     )
     raise CountMismatchError(message)
 
