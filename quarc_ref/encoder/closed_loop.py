@@ -196,9 +196,9 @@ class ClosedLoop:
 
     def _write(self, kind: bytes, payload: bytes) -> None:
         """Write a chunk and store its size; the writer passes the chunk to the decoder first."""
-        offset = self._writer.offset
+        start_offset = self._writer.offset
         self._writer.write(kind, payload)
-        self.frame_bytes = self._writer.offset - offset
+        self.frame_bytes = self._writer.offset - start_offset
 
     def _decode(self, chunk: Chunk) -> None:
         try:

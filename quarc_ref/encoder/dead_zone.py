@@ -18,13 +18,13 @@ def undo_small_moves(
     canonical: Gaussians,
     canonical_indices: Int64,
     header: StreamHeader,
-    steps: int,
+    max_steps: int,
 ) -> Gaussians:
     """Return the Gaussians of a snapshot after undoing moves within the dead zone.
 
-    A position is reset to its value in the canonical frame if the two differ by at most `steps`
+    A position is reset to its value in the canonical frame if the two differ by at most `max_steps`
     translation steps on every axis. A rotation is reset if each coded component differs from its
-    value in the canonical frame by at most `steps` units of 2^-`rotation_bits`.
+    value in the canonical frame by at most `max_steps` units of 2^-`rotation_bits`.
 
     Args:
         gaussians: Gaussians of the snapshot, on the grid of canonical frames.
@@ -32,23 +32,25 @@ def undo_small_moves(
         canonical_indices: `[N]` index of each Gaussian in `canonical`; -1 for Gaussians that
             were added later.
         header: Header of the stream.
-        steps: Size of the dead zone in steps; 0: no dead zone.
+        max_steps: Size of the dead zone in steps; 0: no dead zone.
     """
-    (survivors,) = np.nonzero(canonical_indices >= 0)
+    (survivor_indices,) = np.nonzero(canonical_indices >= 0)
     position_limit = divide_round(
-        np.array(steps * header.translation_step), header.position_step
+        np.array(max_steps * header.translation_step), header.position_step
     ).item()
     positions, rotations = gaussians.positions.copy(), gaussians.rotations.copy()
-    for rows, canonical_rows, limits in (
+    for values, canonical_values, limits in (
         (positions, canonical.positions, (position_limit,) * 3),
-        (rotations, canonical.rotations, (0, steps, steps, steps)),
+        (rotations, canonical.rotations, (0, max_steps, max_steps, max_steps)),
     ):
-        undone_indices = survivors[
+        undone_indices = survivor_indices[
             _find_small_changes(
-                rows[:, survivors], canonical_rows[:, canonical_indices[survivors]], limits
+                values[:, survivor_indices],
+                canonical_values[:, canonical_indices[survivor_indices]],
+                limits,
             )
         ]
-        rows[:, undone_indices] = canonical_rows[:, canonical_indices[undone_indices]]
+        values[:, undone_indices] = canonical_values[:, canonical_indices[undone_indices]]
     return Gaussians(positions, rotations, gaussians.codes)
 
 

@@ -114,7 +114,7 @@ class _Encoding:
         self._config = adapt_steps_to_capture(options.config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
         self._checkpoint = self._open_checkpoint(options.checkpoint)
-        self._sizes: list[int] = []
+        self._inter_frame_sizes: list[int] = []
 
     def announce(self, byte_count: int = 0) -> None:
         """Report the remaining work to the monitor; the stream has `byte_count` bytes so far."""
@@ -143,7 +143,7 @@ class _Encoding:
         self._open(sink, gaussians.count)
         state = self._loop.commit_canonical(gaussians, frame=0)
         self._report_frame(container.CANO, 0, 0)
-        self._start_inter_frames(state)
+        self._prepare_inter_frames(state)
         for finding in check_first_frame(self._context, state):
             self._report(finding)
 
@@ -156,16 +156,16 @@ class _Encoding:
         for chunk in partial_stream.frames:
             state = self._loop.replay(chunk)
             if self.next_frame == 0:
-                self._start_inter_frames(state)
+                self._prepare_inter_frames(state)
             elif chunk.kind == container.FRAM:
-                self._sizes.append(self._loop.frame_bytes)
+                self._inter_frame_sizes.append(self._loop.frame_bytes)
             self.next_frame = state.scene.frame + 1
 
     def add_frame(self) -> None:
         """Train and write the next frame."""
         config, context, frame = self._config, self._context, self.next_frame
         context.observers.progress.advance("frames", frame, self.frame_count)
-        rd = RateDistortion(choose_rd_factor(config, self._sizes), self._reference_loss)
+        rd = RateDistortion(choose_rd_factor(config, self._inter_frame_sizes), self._reference_loss)
         death_count = count_deaths(self._loop.state, self._initial_gaussian_count, config.births)
         start = self._loop.start_frame(death_count)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
@@ -211,7 +211,7 @@ class _Encoding:
             )
         else:
             self._loop.commit_frame(moved_frame, births)
-            self._sizes.append(self._loop.frame_bytes)
+            self._inter_frame_sizes.append(self._loop.frame_bytes)
         return kind
 
     def _open(
@@ -232,7 +232,7 @@ class _Encoding:
                 sink.truncate(sink.seek(existing_bytes))
         self._loop = ClosedLoop(sink, header, capture.cameras, metadata, existing_bytes)
 
-    def _start_inter_frames(self, state: FrameState) -> None:
+    def _prepare_inter_frames(self, state: FrameState) -> None:
         """Compute the exposures and reference loss for later frames from decoded frame 0."""
         if self._config.canonical.exposure_lr:
             refit_exposures(self._context, state)
@@ -257,9 +257,9 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
         EncodeError: No initial point is visible in a training view.
     """
     full_capture = capture.full_capture
-    views = [full_capture.cameras[index] for index in full_capture.training]
+    cameras = [full_capture.cameras[index] for index in full_capture.training]
     pictures = (full_capture.image(index, 0) for index in full_capture.training)
-    header = propose_steps(config.stream, config.steps, views, full_capture.points, pictures)
+    header = propose_steps(config.stream, config.steps, cameras, full_capture.points, pictures)
     return replace(config, stream=set_world_frame(header, full_capture.notes))
 
 

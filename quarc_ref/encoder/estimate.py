@@ -21,7 +21,7 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
 
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
-_HALF_RESOLUTION_COST = (
+_HALF_RESOLUTION_TIME_FACTOR = (
     0.4  # time of a step at half resolution, relative to a step at full resolution
 )
 _CANONICAL_BYTES_PER_GAUSSIAN = 7.0
@@ -46,14 +46,14 @@ def estimate_encode(
     canonical = config.canonical
     half_resolution_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
     first_frame_seconds = step_seconds * (
-        canonical.iterations - half_resolution_steps * (1 - _HALF_RESOLUTION_COST)
+        canonical.iterations - half_resolution_steps * (1 - _HALF_RESOLUTION_TIME_FACTOR)
     )
-    frames = plan.frames - max(1, plan.first_frame)
-    seconds = frames * estimate_frame_seconds(plan, step_seconds) + (
+    later_frame_count = plan.frames - max(1, plan.first_frame)
+    seconds = later_frame_count * estimate_frame_seconds(plan, step_seconds) + (
         first_frame_seconds if plan.first_frame == 0 else 0.0
     )
-    _, expected_count = _estimate_gaussians(len(points.positions), canonical)
-    return Estimate(seconds, _estimate_bytes(expected_count, plan, config))
+    _, expected_gaussian_count = _estimate_gaussians(len(points.positions), canonical)
+    return Estimate(seconds, _estimate_bytes(expected_gaussian_count, plan, config))
 
 
 def estimate_step_seconds(context: TrainingContext, points: Points, config: EncoderConfig) -> float:
@@ -67,7 +67,9 @@ def estimate_step_seconds(context: TrainingContext, points: Points, config: Enco
         points: Initial points.
         config: All settings.
     """
-    initial_count, expected_count = _estimate_gaussians(len(points.positions), config.canonical)
+    initial_gaussian_count, expected_gaussian_count = _estimate_gaussians(
+        len(points.positions), config.canonical
+    )
     generator = torch.Generator().manual_seed(0)
     attributes = initialize_from_points(points, config.canonical, generator, context.device)
     trainer = Trainer(attributes, canonical_learning_rates(config.canonical, context.views.extent))
@@ -81,7 +83,11 @@ def estimate_step_seconds(context: TrainingContext, points: Points, config: Enco
         if context.device.type == "cuda":
             torch.cuda.synchronize(context.device)
         durations.append(time.perf_counter() - start_time)
-    return sorted(durations[_WARM_UP_STEPS:])[_TIMED_STEPS // 2] * expected_count / initial_count
+    return (
+        sorted(durations[_WARM_UP_STEPS:])[_TIMED_STEPS // 2]
+        * expected_gaussian_count
+        / initial_gaussian_count
+    )
 
 
 def _estimate_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[int, float]:
@@ -90,15 +96,15 @@ def _estimate_gaussians(point_count: int, settings: CanonicalSettings) -> tuple[
     Densification increases the number towards `max_gaussians`, and pruning reduces it.
     """
     initial_count = min(point_count, settings.initial_gaussians, settings.max_gaussians)
-    limit = (
+    max_final_count = (
         settings.max_gaussians
         if settings.prune_rd_lambda
-        else _max_final_count(initial_count, settings)
+        else _limit_final_count(initial_count, settings)
     )
-    return initial_count, math.sqrt(initial_count * limit)
+    return initial_count, math.sqrt(initial_count * max_final_count)
 
 
-def _max_final_count(initial_count: int, settings: CanonicalSettings) -> int:
+def _limit_final_count(initial_count: int, settings: CanonicalSettings) -> int:
     return min(settings.max_gaussians, initial_count * _MAX_GROWTH_FACTOR)
 
 

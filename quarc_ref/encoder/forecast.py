@@ -27,12 +27,12 @@ _BASE_BYTES = 700 << 20  # memory of torch and other libraries
 _DECODER_BYTES = 8 << 20  # memory of a camera's video decoder, without pictures
 _DECODER_PICTURES = 20  # number of pictures that a video decoder holds
 _PIXEL_BYTES = 1.5  # bytes per pixel of yuv420p
-_CACHE_BYTES = 1 << 28  # size of the capture's picture cache
+_PICTURE_CACHE_BYTES = 1 << 28  # size of the capture's picture cache
 # floats per Gaussian: four copies (values, gradients, two moments of Adam) of 59 numbers
-_NUMBERS_PER_GAUSSIAN = 59 * 4
+_FLOATS_PER_GAUSSIAN = 59 * 4
 _CANONICAL_BYTES_PER_GAUSSIAN = (7, 11)
 _FRAME_BYTES_PER_GAUSSIAN = (0.05, 0.4)
-_GAUSSIAN_SHARES = (0.25, 1.0)  # final number of Gaussians, relative to the maximum number
+_GAUSSIAN_COUNT_FRACTIONS = (0.25, 1.0)  # final number of Gaussians, relative to the maximum number
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,15 +71,17 @@ def forecast(
     Raises:
         CaptureError: A picture cannot be read, or the capture has too few frames.
     """
-    count = capture.require_frames(frames)
-    first_frame_seconds, later_frame_seconds = _forecast_seconds(capture, config, count, device)
-    stream_bytes = _forecast_stream_bytes(config.canonical.max_gaussians, count)
-    training_bytes = config.canonical.max_gaussians * _NUMBERS_PER_GAUSSIAN * _FLOAT_BYTES
-    other_bytes = _BASE_BYTES + _CACHE_BYTES + _count_picture_bytes(capture)
+    frame_count = capture.require_frames(frames)
+    first_frame_seconds, later_frame_seconds = _forecast_seconds(
+        capture, config, frame_count, device
+    )
+    stream_bytes = _forecast_stream_bytes(config.canonical.max_gaussians, frame_count)
+    training_bytes = config.canonical.max_gaussians * _FLOATS_PER_GAUSSIAN * _FLOAT_BYTES
+    other_bytes = _BASE_BYTES + _PICTURE_CACHE_BYTES + _count_picture_bytes(capture)
     return Forecast(
         seconds_of_first=first_frame_seconds,
         seconds_per_frame=later_frame_seconds,
-        seconds=first_frame_seconds + later_frame_seconds * (count - 1),
+        seconds=first_frame_seconds + later_frame_seconds * (frame_count - 1),
         memory_bytes=other_bytes + 2 * training_bytes,
         disk_bytes=stream_bytes[1] + training_bytes,
         stream_bytes=stream_bytes,
@@ -87,7 +89,7 @@ def forecast(
 
 
 def _forecast_seconds(
-    capture: Capture, config: EncoderConfig, count: int, device: str
+    capture: Capture, config: EncoderConfig, frame_count: int, device: str
 ) -> tuple[float, float]:
     """Time a few training steps; return the seconds for frame 0 and for each later frame."""
     canonical = config.canonical
@@ -99,7 +101,7 @@ def _forecast_seconds(
     full_steps = canonical.iterations - half_steps
     plan = EncodePlan(
         capture.name,
-        count,
+        frame_count,
         first_frame=0,
         byte_count=0,
         views=len(capture.training),
@@ -111,12 +113,15 @@ def _forecast_seconds(
     return first_frame_seconds, estimate_frame_seconds(plan, full_step_seconds)
 
 
-def _forecast_stream_bytes(max_gaussians: int, count: int) -> tuple[int, int]:
-    """Return lower and upper bounds on the size of a stream of `count` frames, bytes."""
+def _forecast_stream_bytes(max_gaussians: int, frame_count: int) -> tuple[int, int]:
+    """Return lower and upper bounds on the size of a stream of `frame_count` frames, bytes."""
     min_bytes, max_bytes = (
-        int(share * max_gaussians * (canonical_bytes + frame_bytes * (count - 1)))
-        for share, canonical_bytes, frame_bytes in zip(
-            _GAUSSIAN_SHARES, _CANONICAL_BYTES_PER_GAUSSIAN, _FRAME_BYTES_PER_GAUSSIAN, strict=True
+        int(fraction * max_gaussians * (canonical_bytes + frame_bytes * (frame_count - 1)))
+        for fraction, canonical_bytes, frame_bytes in zip(
+            _GAUSSIAN_COUNT_FRACTIONS,
+            _CANONICAL_BYTES_PER_GAUSSIAN,
+            _FRAME_BYTES_PER_GAUSSIAN,
+            strict=True,
         )
     )
     return min_bytes, max_bytes
@@ -126,9 +131,11 @@ def _count_picture_bytes(capture: Capture) -> int:
     """Return the memory that the pictures and the video decoders need, bytes."""
     cameras = [capture.cameras[index] for index in capture.training]
     pixel_count = sum(camera.width * camera.height for camera in cameras)
-    training_bytes = pixel_count * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_COPY_FACTOR
+    training_picture_bytes = (
+        pixel_count * 3 * _FLOAT_BYTES * _PICTURE_COPIES * _HALF_SIZE_COPY_FACTOR
+    )
     return int(
-        training_bytes
+        training_picture_bytes
         + len(cameras) * _DECODER_BYTES
         + pixel_count * _DECODER_PICTURES * _PIXEL_BYTES
     )

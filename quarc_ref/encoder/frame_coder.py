@@ -157,11 +157,11 @@ class FrameCoder:
         try:
             state = self._engine.decode_motion(start.state, chunk.motion, use_previous=use_previous)
             if self._header.updates:
-                found_updates = updates(state) if callable(updates) else updates
+                frame_updates = updates(state) if callable(updates) else updates
                 section = (
                     EMPTY_SECTION
-                    if found_updates is None
-                    else self._engine.write_updates(state, found_updates)
+                    if frame_updates is None
+                    else self._engine.write_updates(state, frame_updates)
                 )
                 state = self._engine.decode_updates(state, section)
                 chunk = replace(chunk, updates=section)
@@ -236,18 +236,20 @@ class FrameCoder:
             requantize(scene), reference.gaussians, scene_canonical_indices, self._header, dead_zone
         )
         try:
-            coded = write_snapshot(reference.gaussians, gaussians, scene_canonical_indices)
-            state = self._engine.begin_canonical(self._header, scene.frame, coded.gaussians)
+            coded_snapshot = write_snapshot(reference.gaussians, gaussians, scene_canonical_indices)
+            state = self._engine.begin_canonical(
+                self._header, scene.frame, coded_snapshot.gaussians
+            )
         except StateError as error:
             raise EncodeError(str(error)) from error
         chunk = SnapshotChunk(
             scene.frame,
             reference.frame,
-            coded.newborn_count,
-            coded.origin,
-            coded.axis_bits,
-            coded.survivors,
-            coded.sections,
+            coded_snapshot.newborn_count,
+            coded_snapshot.origin,
+            coded_snapshot.axis_bits,
+            coded_snapshot.survivors,
+            coded_snapshot.sections,
             self._engine.state_crc(state),
         )
         return CodedFrame(container.SNAP, wire.build_snapshot(chunk), state)
@@ -260,11 +262,11 @@ class FrameCoder:
         Raises:
             EncodeError: A new Gaussian is out of the format's range.
         """
-        section, count = EMPTY_SECTION, 0
+        section, birth_count = EMPTY_SECTION, 0
         if births is not None:
             section = self._engine.write_births(moved_frame.state, births)
-            count = births.newborn.count
+            birth_count = births.newborn.count
         try:
-            return self._engine.decode_births(moved_frame.state, section, count), section
+            return self._engine.decode_births(moved_frame.state, section, birth_count), section
         except StateError as error:
             raise EncodeError(str(error)) from error

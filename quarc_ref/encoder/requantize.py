@@ -38,10 +38,12 @@ def code_rotations(rotations: Int64, fraction_bits: int) -> Int64:
     The result is `[4, n]`. A quaternion is negated if its largest component is negative.
     """
     count = rotations.shape[1]
-    largest = np.argmax(np.abs(rotations), axis=0)
+    largest_indices = np.argmax(np.abs(rotations), axis=0)
     columns = np.arange(count)
-    positive = rotations * np.sign(rotations[largest, columns])
-    is_other = np.arange(4)[:, None] != largest
-    smaller_components = positive.T[is_other.T].reshape(count, 3).T
-    coded = divide_round(smaller_components, 1 << (ROTATION_FRACTION_BITS - fraction_bits))
-    return np.concatenate([largest[None], coded])
+    sign_normalized = rotations * np.sign(rotations[largest_indices, columns])
+    is_other = np.arange(4)[:, None] != largest_indices
+    smaller_components = sign_normalized.T[is_other.T].reshape(count, 3).T
+    coded_components = divide_round(
+        smaller_components, 1 << (ROTATION_FRACTION_BITS - fraction_bits)
+    )
+    return np.concatenate([largest_indices[None], coded_components])

@@ -109,14 +109,17 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
         pictures: Pictures `[H, W, 3]`; pictures with a side shorter than 4 pixels are
             ignored.
     """
-    total = count = 0
+    difference_sum = difference_count = 0
     for picture in pictures:
         row_sums = picture[:-2].astype(np.int64) + picture[1:-1] + picture[2:]
         box_sums = row_sums[:, :-2] + row_sums[:, 1:-1] + row_sums[:, 2:]
         for axis in (0, 1):
-            change = np.abs(np.diff(box_sums, axis=axis))
-            total, count = total + int(change.sum()), count + change.size
-    return total / (9 * _WHITE * max(count, 1))
+            differences = np.abs(np.diff(box_sums, axis=axis))
+            difference_sum, difference_count = (
+                difference_sum + int(differences.sum()),
+                difference_count + differences.size,
+            )
+    return difference_sum / (9 * _WHITE * max(difference_count, 1))
 
 
 def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:

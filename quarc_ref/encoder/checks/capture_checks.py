@@ -100,7 +100,9 @@ def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]
     outside_fraction = float(np.mean(~projected.is_visible.any(axis=0)))
     if outside_fraction > _MAX_OUTSIDE_FRACTION:
         behind_fraction = float(
-            np.mean(np.all([view.depths <= 0 for view in projected.projections], axis=0))
+            np.mean(
+                np.all([projection.depths <= 0 for projection in projected.projections], axis=0)
+            )
         )
         message = (
             f"{outside_fraction:.0%} of the initial points are not visible in any training view "
@@ -126,7 +128,9 @@ def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
 def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
     max_radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
-    depths = np.concatenate([view.depths[view.is_visible] for view in projected.projections])
+    depths = np.concatenate(
+        [projection.depths[projection.is_visible] for projection in projected.projections]
+    )
     if max_radius < _MIN_RELATIVE_RADIUS * np.median(depths):
         message = (
             "all training cameras are at the same position, so depth cannot be estimated: "
@@ -180,8 +184,10 @@ def _nearest_cosines(
     cosines = np.einsum("vpk,pk->vp", directions, directions[view])
     is_shared = is_visible & is_visible[view]
     is_shared[view] = False
-    nearest: NDArray[np.float64] = np.where(is_shared, np.maximum(cosines, -1), -2).max(axis=0)
-    return nearest
+    nearest_cosines: NDArray[np.float64] = np.where(is_shared, np.maximum(cosines, -1), -2).max(
+        axis=0
+    )
+    return nearest_cosines
 
 
 def _read_first_frame(capture: Capture) -> Iterator[Image]:

@@ -89,14 +89,17 @@ def compare_colors(
         ]
     ).reshape(len(views), len(views))
     poses = _assign_poses(agreements)
-    best_agreements = agreements[np.arange(len(views)), poses]
+    assigned_agreements = agreements[np.arange(len(views)), poses]
     min_agreement = (
-        max(_MIN_AGREEMENT, _MIN_FRACTION_OF_MEDIAN_AGREEMENT * float(np.median(best_agreements)))
+        max(
+            _MIN_AGREEMENT,
+            _MIN_FRACTION_OF_MEDIAN_AGREEMENT * float(np.median(assigned_agreements)),
+        )
         if views
         else 0.0
     )
     mixed_up_pairs, wrong_cameras = [], []
-    for view, pose_index, agreement in zip(views, poses, best_agreements, strict=True):
+    for view, pose_index, agreement in zip(views, poses, assigned_agreements, strict=True):
         if views[pose_index] != view:
             mixed_up_pairs.append((view, views[pose_index]))
         elif agreement < min_agreement or _fits_better_shifted(
@@ -131,11 +134,11 @@ def _assign_poses(agreements: NDArray[np.float64]) -> NDArray[np.intp]:
 def _sample_points(
     camera: Camera, projection: PointProjection, colors: NDArray[np.uint8]
 ) -> _PointSample:
-    visible = find_visible_points(camera, projection)[:_MAX_POINTS]
+    visible_indices = find_visible_points(camera, projection)[:_MAX_POINTS]
     return _PointSample(
-        projection.columns[visible] / camera.width,
-        projection.rows[visible] / camera.height,
-        colors[visible].astype(np.float64),
+        projection.columns[visible_indices] / camera.width,
+        projection.rows[visible_indices] / camera.height,
+        colors[visible_indices].astype(np.float64),
     )
 
 
@@ -146,8 +149,8 @@ def _is_informative(sample: _PointSample) -> bool:
 
 
 def _blur(picture: Image) -> Image:
-    side = max(_MIN_BLUR_PIXELS, round(_RELATIVE_BLUR_WIDTH * picture.shape[1]))
-    blurred: Image = uniform_filter(picture, size=(side, side, 1))
+    window_size = max(_MIN_BLUR_PIXELS, round(_RELATIVE_BLUR_WIDTH * picture.shape[1]))
+    blurred: Image = uniform_filter(picture, size=(window_size, window_size, 1))
     return blurred
 
 

@@ -85,14 +85,14 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
         yield Finding("first-frame-coarse", message)
     low_views = [view for view in views if view.detail_db < median_detail - _MAX_DETAIL_DEFICIT]
     if low_views:
-        names = tuple(view.name for view in low_views)
+        low_view_names = tuple(view.name for view in low_views)
         descriptions = [f"{view.name} ({view.psnr:.1f} dB)" for view in low_views]
         message = (
             f"the quality of the first frame is far lower for {format_names(descriptions)} than "
             f"for the other training views (median {median(v.psnr for v in views):.1f} dB): "
             "check the poses and pictures of these cameras"
         )
-        yield Finding("first-frame-misses-cameras", message, names)
+        yield Finding("first-frame-misses-cameras", message, low_view_names)
 
 
 def _average_squares(picture: Tensor) -> Tensor:
@@ -105,5 +105,5 @@ def _average_squares(picture: Tensor) -> Tensor:
 
 
 def _measure_psnr(image: Tensor, picture: Tensor) -> float:
-    error = (image - picture).square().mean().clamp(min=_MIN_SQUARED_ERROR)
-    return float(-10 * torch.log10(error))
+    mean_squared_error = (image - picture).square().mean().clamp(min=_MIN_SQUARED_ERROR)
+    return float(-10 * torch.log10(mean_squared_error))

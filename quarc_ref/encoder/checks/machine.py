@@ -31,27 +31,30 @@ def measure_free_resources() -> FreeResources:
 
 
 def find_shortages(
-    free: FreeResources, needed_memory_bytes: int, needed_disk_bytes: int
+    free_resources: FreeResources, needed_memory_bytes: int, needed_disk_bytes: int
 ) -> Iterator[Finding]:
     """Yield one finding if memory is insufficient, and one if disk space is insufficient.
 
     Args:
-        free: Free memory and disk space of the machine.
+        free_resources: Free memory and disk space of the machine.
         needed_memory_bytes: Main memory that the encode needs.
         needed_disk_bytes: Disk space that the encode needs.
     """
-    if free.memory_bytes is not None and free.memory_bytes < needed_memory_bytes:
+    if (
+        free_resources.memory_bytes is not None
+        and free_resources.memory_bytes < needed_memory_bytes
+    ):
         message = (
             f"encoding needs about {needed_memory_bytes / _GIB:.1f} GiB of memory, but "
-            f"{free.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which reduces "
-            "the memory for pictures to about a quarter, or use fewer cameras"
+            f"{free_resources.memory_bytes / _GIB:.1f} GiB are free: use --downscale 2, which "
+            "reduces the memory for pictures to about a quarter, or use fewer cameras"
         )
         yield Finding("memory-short", message)
-    if free.disk_bytes < needed_disk_bytes:
+    if free_resources.disk_bytes < needed_disk_bytes:
         message = (
             f"encoding needs up to {needed_disk_bytes / _GIB:.2f} GiB of disk space, but "
-            f"{free.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: free some space, "
-            "or write the stream elsewhere"
+            f"{free_resources.disk_bytes / _GIB:.2f} GiB are free in {Path.cwd()}: free some "
+            "space, or write the stream elsewhere"
         )
         yield Finding("disk-short", message)
 

@@ -26,7 +26,7 @@ _MAX_REPEATED_CHANGE = 0.02  # relative to the camera's median change
 _MIN_CHANGE_OF_OTHERS = 0.3  # relative to the median changes of the other cameras
 _MIN_REPEATS = 2
 _MIN_FRAMES = 8
-_MAX_SHIFT = 15
+_MAX_DELAY_FRAMES = 15
 _PLANE_COUNT = 48
 _NEIGHBOR_COUNT = 5
 _MIN_COMMON_PLANES = 6
@@ -80,9 +80,9 @@ def _find_frozen(names: Sequence[str], is_frozen: NDArray[np.bool_]) -> Iterator
 
 def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iterator[Finding]:
     """Yield a finding for each camera that repeats frames while most other cameras show motion."""
-    means = np.array([recording.changes.mean(axis=(1, 2)) for recording in recordings])
-    median_changes = np.median(means, axis=1, keepdims=True)
-    relative_changes = means / np.maximum(median_changes, 1e-9)
+    mean_changes = np.array([recording.changes.mean(axis=(1, 2)) for recording in recordings])
+    median_changes = np.median(mean_changes, axis=1, keepdims=True)
+    relative_changes = mean_changes / np.maximum(median_changes, 1e-9)
     for index, name in enumerate(names):
         change_of_others = np.median(np.delete(relative_changes, index, axis=0), axis=0)
         is_frame_readable = recordings[index].is_readable
@@ -131,7 +131,7 @@ def measure_shifts(
         _find_rays(camera, block_size, camera_motion.shape[1:])
         for camera, block_size, camera_motion in zip(cameras, block_sizes, motion, strict=True)
     ]
-    max_shift = min(_MAX_SHIFT, len(motion[0]) // 3)
+    max_shift = min(_MAX_DELAY_FRAMES, len(motion[0]) // 3)
     centers = np.stack([camera_center(camera) for camera in cameras])
     shifts = []
     for index, center in enumerate(centers):
@@ -180,13 +180,13 @@ def _correlate(
     angles = [
         _measure_plane_angles(camera_rays, baseline, reference_direction) for camera_rays in rays
     ]
-    low = max(float(camera_angles.min()) for camera_angles in angles)
-    high = min(float(camera_angles.max()) for camera_angles in angles)
-    if high - low <= 0:
+    min_angle = max(float(camera_angles.min()) for camera_angles in angles)
+    max_angle = min(float(camera_angles.max()) for camera_angles in angles)
+    if max_angle - min_angle <= 0:
         return None
-    edges = np.linspace(low, high, _PLANE_COUNT + 1)
+    plane_edges = np.linspace(min_angle, max_angle, _PLANE_COUNT + 1)
     first, second = (
-        _sum_by_plane(camera_motion, np.searchsorted(edges, camera_angles.ravel()) - 1)
+        _sum_by_plane(camera_motion, np.searchsorted(plane_edges, camera_angles.ravel()) - 1)
         for camera_motion, camera_angles in zip(motion, angles, strict=True)
     )
     has_motion = (first.max(axis=0) > 0) & (second.max(axis=0) > 0)
@@ -194,12 +194,12 @@ def _correlate(
         return None
     first, second = first[:, has_motion], second[:, has_motion]
     frame_count = len(first)
-    curve = []
+    correlations = []
     for shift in range(-max_shift, max_shift + 1):
         first_part = first[max(0, shift) : frame_count + min(0, shift)]
         second_part = second[max(0, -shift) : frame_count + min(0, -shift)]
-        curve.append(_correlate_planes(first_part, second_part))
-    return np.array(curve)
+        correlations.append(_correlate_planes(first_part, second_part))
+    return np.array(correlations)
 
 
 def _measure_plane_angles(
@@ -229,8 +229,8 @@ def _sum_by_plane(motion: Changes, planes: NDArray[np.intp]) -> Numbers:
     is_valid = (planes >= 0) & (planes < _PLANE_COUNT)
     sums = np.zeros((len(motion), _PLANE_COUNT))
     valid_motion = motion.reshape(len(motion), -1)[:, is_valid]
-    for time, row in enumerate(valid_motion):
-        sums[time] = np.bincount(planes[is_valid], weights=row, minlength=_PLANE_COUNT)[
+    for frame, frame_motion in enumerate(valid_motion):
+        sums[frame] = np.bincount(planes[is_valid], weights=frame_motion, minlength=_PLANE_COUNT)[
             :_PLANE_COUNT
         ]
     return np.sqrt(sums)

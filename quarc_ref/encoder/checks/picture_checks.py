@@ -36,13 +36,13 @@ class _PictureMeasurements:
     """Measurements of a camera's picture.
 
     Attributes:
-        light: `[P, 3]` base-2 logarithms of linear light at the points; NaN for points that
+        log_light: `[P, 3]` base-2 logarithms of linear light at the points; NaN for points that
             the camera does not see, or that are almost black or white.
         blur: Blur from 0 (noise) to 1 (no detail).
         thumbnail: `[rows, columns]` downscaled gray picture.
     """
 
-    light: Numbers
+    log_light: Numbers
     blur: float
     thumbnail: Numbers
 
@@ -62,7 +62,7 @@ def find_odd_pictures(
         _measure_picture(*camera_data)
         for camera_data in zip(cameras, projections, pictures, strict=True)
     ]
-    stops = _compare_light(np.stack([measurement.light for measurement in measurements]))
+    stops = _compare_light(np.stack([measurement.log_light for measurement in measurements]))
     yield from _find_odd_exposures(names, stops)
     yield from _find_odd_tints(names, stops)
     yield from _find_blurred(names, np.array([measurement.blur for measurement in measurements]))
@@ -72,41 +72,47 @@ def find_odd_pictures(
 def _measure_picture(
     camera: Camera, projection: PointProjection, picture: Image
 ) -> _PictureMeasurements:
-    light = np.full((len(projection.depths), 3), np.nan)
-    visible = find_visible_points(camera, projection)
+    log_light = np.full((len(projection.depths), 3), np.nan)
+    visible_indices = find_visible_points(camera, projection)
     rows, columns = (
-        np.floor(coordinates[visible]).astype(np.int64)
+        np.floor(coordinates[visible_indices]).astype(np.int64)
         for coordinates in (projection.rows, projection.columns)
     )
     levels = picture[rows, columns].astype(np.float64)
     is_usable = ((levels > _BLACK) & (levels < _WHITE)).all(axis=1)
-    light[visible[is_usable]] = _GAMMA * np.log2(levels[is_usable] / 255)
+    log_light[visible_indices[is_usable]] = _GAMMA * np.log2(levels[is_usable] / 255)
     gray = picture.astype(np.float32).mean(axis=2)
-    return _PictureMeasurements(light, _measure_blur(gray), _make_thumbnail(gray))
+    return _PictureMeasurements(log_light, _measure_blur(gray), _make_thumbnail(gray))
 
 
-def _compare_light(light: Numbers) -> Numbers:
+def _compare_light(log_light: Numbers) -> Numbers:
     """Return `[camera, 4]` exposure and three tints relative to the median camera, in stops.
 
     Each value is the lower or upper quartile over the points, whichever is nearer to 0, because
     undetected occlusions at some of the points exaggerate the differences.
 
     Args:
-        light: `[camera, P, 3]` light of each camera, from `_PictureMeasurements`.
+        log_light: `[camera, P, 3]` `_PictureMeasurements.log_light` of each camera.
     """
-    is_measured = np.isfinite(light[..., 0])
+    is_measured = np.isfinite(log_light[..., 0])
     is_shared = is_measured.sum(axis=0) >= _MIN_VIEWS
-    light, is_measured = light[:, is_shared], is_measured[:, is_shared]
-    stops = np.zeros((len(light), 4))
-    if not light.size:
+    log_light, is_measured = log_light[:, is_shared], is_measured[:, is_shared]
+    stops = np.zeros((len(log_light), 4))
+    if not log_light.size:
         return stops
-    differences = light - np.nanmedian(light, axis=0)
+    differences = log_light - np.nanmedian(log_light, axis=0)
     for camera, is_camera_measured in enumerate(is_measured):
         if is_camera_measured.sum() >= _MIN_POINTS:
             exposures = np.median(differences[camera, is_camera_measured], axis=1, keepdims=True)
             tints = differences[camera, is_camera_measured] - exposures
-            low, high = np.quantile(np.hstack([exposures, tints]), (0.25, 0.75), axis=0)
-            stops[camera] = np.where(low > 0, low, np.where(high < 0, high, 0.0))
+            lower_quartiles, upper_quartiles = np.quantile(
+                np.hstack([exposures, tints]), (0.25, 0.75), axis=0
+            )
+            stops[camera] = np.where(
+                lower_quartiles > 0,
+                lower_quartiles,
+                np.where(upper_quartiles < 0, upper_quartiles, 0.0),
+            )
     return stops
 
 
@@ -174,12 +180,12 @@ def _measure_blur(gray: NDArray[np.float32]) -> float:
     along each axis, and the fraction of the differences between neighboring pixels that remains is
     measured. The result is the larger of the two fractions.
     """
-    size = 2 * max(2, gray.shape[1] // 100) + 1
+    filter_size = 2 * max(2, gray.shape[1] // 100) + 1
     top, left = (max(0, (length - _BLUR_WINDOW_PIXELS) // 2) for length in gray.shape)
     gray = gray[top : top + _BLUR_WINDOW_PIXELS, left : left + _BLUR_WINDOW_PIXELS]
     remaining_fractions = []
     for axis in (0, 1):
-        blurred = uniform_filter1d(gray, size, axis=axis)
+        blurred = uniform_filter1d(gray, filter_size, axis=axis)
         differences, blurred_differences = (
             np.abs(np.diff(image, axis=axis)) for image in (gray, blurred)
         )

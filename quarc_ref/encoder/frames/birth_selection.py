@@ -49,7 +49,7 @@ class BirthObjective:
     decoded_scene: Scene
     lambda_dssim: float
 
-    def activate(self, new_gaussians: Attributes) -> Gaussians:
+    def quantize_and_activate(self, new_gaussians: Attributes) -> Gaussians:
         """Return new Gaussians, quantized as in the stream and activated for rendering."""
         return new_gaussians.quantized(self.decoded_scene.header).activated()
 
@@ -60,7 +60,7 @@ class BirthObjective:
 
     def mean_loss(self, births: Attributes) -> float:
         """Return the mean loss over the training views with new Gaussians."""
-        gaussians, views = self.activate(births), range(self.context.view_count)
+        gaussians, views = self.quantize_and_activate(births), range(self.context.view_count)
         with torch.no_grad():
             return sum(float(self.render(gaussians, view)[1]) for view in views) / len(views)
 
@@ -107,7 +107,7 @@ def estimate_gains(objective: BirthObjective, births: Attributes) -> Tensor:
     factor of 0.5. The derivative at a factor of 1 cannot be used, because training has brought it
     close to 0.
     """
-    gaussians = objective.activate(births)
+    gaussians = objective.quantize_and_activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()
     half_opacity_gaussians = replace(gaussians, opacities=gaussians.opacities * factors)
     views = range(objective.context.view_count)

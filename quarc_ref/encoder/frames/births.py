@@ -45,14 +45,14 @@ def fit_births(
     settings, frame = config.births, moved_state.scene.frame
     if settings.iterations == 0:
         return None
-    scene = FixedScene(context, from_splats(dequantize(moved_state.scene), context.device))
+    fixed_scene = FixedScene(context, from_splats(dequantize(moved_state.scene), context.device))
     if settings.placement == "gate":
-        births, parents = place_clones(context, scene.attributes, frame, statistics, settings)
+        births, parents = place_clones(context, fixed_scene.attributes, frame, statistics, settings)
     else:
-        births, parents = place_at_errors(context, scene, frame, settings)
+        births, parents = place_at_errors(context, fixed_scene, frame, settings)
     if parents.numel() == 0:
         return None
-    objective = BirthObjective(context, scene, moved_state.scene, config.motion.lambda_dssim)
+    objective = BirthObjective(context, fixed_scene, moved_state.scene, config.motion.lambda_dssim)
     learning_rates = canonical_learning_rates(config.canonical, context.views.extent)
     births, parents = _train(objective, births, parents, settings, learning_rates)
     keep_mask = torch.sigmoid(births.opacities) >= settings.prune_opacity
@@ -91,7 +91,9 @@ def _train(
         decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
         trainer.set_learning_rates(settings.lr_factor * decay * lr for lr in learning_rates)
         view = next(views)
-        rendering, loss = objective.render(objective.activate(trainer.attributes), view)
+        rendering, loss = objective.render(
+            objective.quantize_and_activate(trainer.attributes), view
+        )
         gradient = trainer.step(loss, rendering.means2d)
         statistics.add_for_last_gaussians(gradient, rendering, context.camera(view))
         step_numbers = (objective.decoded_scene.frame, step + 1, settings.iterations)

@@ -23,7 +23,7 @@ _SQUARED_NORM_FLOOR = 1e-12
 def multiply_quaternions(left: Tensor, right: Tensor) -> Tensor:
     """Return the `[N, 4]` Hamilton products of quaternions wxyz."""
     if _has_kernels(left):
-        product: Tensor = _Product.apply(left, right)
+        product: Tensor = _QuaternionProduct.apply(left, right)
         return product
     aw, ax, ay, az = left.unbind(dim=1)
     bw, bx, by, bz = right.unbind(dim=1)
@@ -75,7 +75,7 @@ def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Te
     return total
 
 
-class _Product(Function):
+class _QuaternionProduct(Function):
     @staticmethod
     def forward(ctx: Any, left: Tensor, right: Tensor) -> Tensor:  # noqa: ANN401
         ctx.cache = (_to_array(left), _to_array(right))

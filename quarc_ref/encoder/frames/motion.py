@@ -131,7 +131,7 @@ class _MotionFit:
             + self._rate_weight * self._residuals.rate(settings)
             + (updates.penalty() if updates else 0.0)
         )
-        gradient = _optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
+        gradient = _take_optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
         self._statistics.add(gradient, rendering, self._context.camera(view))
         step_numbers = (self._scene.frame, step + 1, settings.iterations)
         image, gaussian_count = rendering.image, self._scene.count
@@ -158,7 +158,7 @@ class _MotionFit:
         return rendering, self._context.photometric_loss(rendering.image, view, frame, lambda_dssim)
 
 
-def _optimizer_step(
+def _take_optimizer_step(
     adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra_tensor: Tensor
 ) -> Tensor:
     """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""
@@ -234,9 +234,11 @@ class _Residuals:
         with torch.no_grad():
             residuals = self.quantized()
         components = zip(_split_components(residuals), self._step_sizes, strict=True)
-        rows = [quantize_residuals(component, step) for component, step in components]
+        symbols_by_component = [
+            quantize_residuals(component, step) for component, step in components
+        ]
         level_starts = np.cumsum(self._anchor_counts)[:-1]
-        return np.split(np.concatenate(rows), level_starts, axis=1)
+        return np.split(np.concatenate(symbols_by_component), level_starts, axis=1)
 
 
 def _split_components(residuals: Tensor) -> tuple[Tensor, Tensor]:

@@ -52,19 +52,19 @@ def place_clones(
         torch.exp(scene.log_scales.amax(dim=1)) <= settings.max_parent_scale * context.views.extent
     )
     candidates = torch.nonzero(is_small & (gated_gradients >= settings.grad_threshold))[:, 0]
-    strongest = torch.argsort(gated_gradients[candidates], descending=True, stable=True)[
+    strongest_indices = torch.argsort(gated_gradients[candidates], descending=True, stable=True)[
         : settings.max_births
     ]
-    parents = candidates[strongest]
-    clones = scene.rows(parents)
+    parents = candidates[strongest_indices]
+    parent_gaussians = scene.rows(parents)
     generator = context.generator(frame, "births")
     births = Attributes(
-        clones.means + sample_offsets(clones, settings.spread, generator),
-        _make_identity_rotations(parents.numel(), clones.means),
-        clones.log_scales,
-        torch.full_like(clones.opacities, settings.opacity_logit),
-        clones.sh_dc,
-        clones.sh_rest,
+        parent_gaussians.means + sample_offsets(parent_gaussians, settings.spread, generator),
+        _make_identity_rotations(parents.numel(), parent_gaussians.means),
+        parent_gaussians.log_scales,
+        torch.full_like(parent_gaussians.opacities, settings.opacity_logit),
+        parent_gaussians.sh_dc,
+        parent_gaussians.sh_rest,
     )
     return births, parents
 
@@ -91,15 +91,19 @@ def place_at_errors(
     errors, positions, colors, scales = (
         torch.cat(parts) for parts in zip(*candidates_by_view, strict=True)
     )
-    strongest = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
-    positions, colors, scales = positions[strongest], colors[strongest], scales[strongest]
+    strongest_indices = torch.argsort(errors, descending=True, stable=True)[: settings.max_births]
+    positions, colors, scales = (
+        positions[strongest_indices],
+        colors[strongest_indices],
+        scales[strongest_indices],
+    )
     births = Attributes(
         positions,
-        _make_identity_rotations(strongest.numel(), positions),
+        _make_identity_rotations(strongest_indices.numel(), positions),
         torch.log(scales)[:, None].repeat(1, 3),
         torch.full_like(scales, settings.opacity_logit),
         to_sh_dc(colors)[:, None],
-        positions.new_zeros(strongest.numel(), 3, 3),
+        positions.new_zeros(strongest_indices.numel(), 3, 3),
     )
     return births, find_nearest(scene.attributes.means, positions)
 
@@ -108,8 +112,8 @@ def find_nearest(points: Tensor, queries: Tensor) -> Tensor:
     """Return the `[n]` indices of the points `[N, 3]` nearest to the queries `[n, 3]`."""
     if not queries.shape[0]:
         return torch.zeros(0, dtype=torch.int64, device=queries.device)
-    _, nearest = cKDTree(points.cpu().numpy()).query(queries.cpu().numpy())
-    return torch.from_numpy(np.asarray(nearest, dtype=np.int64)).to(queries.device)
+    _, nearest_indices = cKDTree(points.cpu().numpy()).query(queries.cpu().numpy())
+    return torch.from_numpy(np.asarray(nearest_indices, dtype=np.int64)).to(queries.device)
 
 
 def filter_maximum(image: Tensor, radius: int) -> Tensor:
@@ -141,9 +145,11 @@ def _place_in_view(
     backdrop = scene.backdrop(view)
     image = context.apply_mask(backdrop.image.clamp(0, 1), view, frame)
     error = (image - truth).abs().mean(dim=2)
-    local_maxima = filter_maximum(error, settings.error_radius)
+    neighborhood_maxima = filter_maximum(error, settings.error_radius)
     is_selected = (
-        (error == local_maxima) & (error > settings.error_threshold) & (backdrop.alpha > _MIN_ALPHA)
+        (error == neighborhood_maxima)
+        & (error > settings.error_threshold)
+        & (backdrop.alpha > _MIN_ALPHA)
     )
     rows, columns = torch.nonzero(is_selected, as_tuple=True)
     depths = _measure_depths(context, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
@@ -180,5 +186,5 @@ def _unproject(camera: Camera, columns: Tensor, rows: Tensor, depths: Tensor) ->
     return (torch.stack([x, y, depths], dim=1) - translation) @ rotation
 
 
-def _make_identity_rotations(count: int, like: Tensor) -> Tensor:
-    return like.new_tensor([1.0, 0.0, 0.0, 0.0]).repeat(count, 1)
+def _make_identity_rotations(count: int, like_tensor: Tensor) -> Tensor:
+    return like_tensor.new_tensor([1.0, 0.0, 0.0, 0.0]).repeat(count, 1)

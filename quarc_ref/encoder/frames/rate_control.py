@@ -47,16 +47,16 @@ class RateDistortion:
         return weight * self.factor * self.reference_loss
 
 
-def choose_rd_factor(config: EncoderConfig, sizes: Sequence[int]) -> float:
+def choose_rd_factor(config: EncoderConfig, frame_sizes: Sequence[int]) -> float:
     """Return the factor by which all rate-distortion weights of the next frame are multiplied.
 
     Args:
         config: All settings, including quality, lambda and target size.
-        sizes: Sizes of the previous frames that are not keyframes, bytes.
+        frame_sizes: Sizes of the previous frames that are not keyframes, bytes.
     """
     factor = config.rd_lambda * quality_factor(config.quality)
     target = config.target_kb_per_frame * 1024
-    return factor * control_rate(sizes, target) if target else factor
+    return factor * control_rate(frame_sizes, target) if target else factor
 
 
 def quality_factor(quality: float) -> float:
@@ -64,14 +64,14 @@ def quality_factor(quality: float) -> float:
     return math.exp2((_NEUTRAL_QUALITY - quality) / _QUALITY_PER_DOUBLING)
 
 
-def control_rate(sizes: Sequence[int], target: float) -> float:
+def control_rate(frame_sizes: Sequence[int], target: float) -> float:
     """Return the factor for the next frame that brings the mean frame size closer to a target.
 
     The model assumes that the size of a frame is a constant divided by the factor, and
     estimates the constant from the previous frames.
 
     Args:
-        sizes: Sizes of all previous frames, bytes. Each frame must have been coded with the
+        frame_sizes: Sizes of all previous frames, bytes. Each frame must have been coded with the
             factor that this function returned for the sizes of the frames before it.
         target: Desired mean frame size, bytes.
 
@@ -80,7 +80,7 @@ def control_rate(sizes: Sequence[int], target: float) -> float:
         and at most three times as large.
     """
     log_factor, log_constant, total_bytes = 0.0, math.log(target), 0.0
-    for frame_count, size in enumerate(sizes, start=1):
+    for frame_count, size in enumerate(frame_sizes, start=1):
         frame_log_constant = math.log(max(size, 1)) + log_factor
         log_constant += (frame_log_constant - log_constant) * (
             1.0 if frame_count == 1 else _MODEL_UPDATE_WEIGHT

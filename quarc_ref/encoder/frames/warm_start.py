@@ -26,8 +26,8 @@ def initial_residuals(previous: FrameState, start: FrameState, settings: MotionS
         start: State of this frame after `begin_frame`.
         settings: Motion settings; only `warm_start` and `momentum` are used.
     """
-    is_projected = settings.warm_start == "projection"
-    residuals = _project_motion(start) if is_projected else _carry_symbols(previous, start)
+    should_project = settings.warm_start == "projection"
+    residuals = _project_motion(start) if should_project else _carry_symbols(previous, start)
     return torch.tensor(residuals * settings.momentum, dtype=torch.float32)
 
 
@@ -39,8 +39,10 @@ def _project_motion(start: FrameState) -> NDArray[np.float64]:
     """
     remaining_motion = start.motion.astype(np.float64)
     level_means = []
-    levels = zip(start.required_anchors.levels, start.required_anchors.binding, strict=True)
-    for level, binding in reversed(list(levels)):
+    levels_and_bindings = zip(
+        start.required_anchors.levels, start.required_anchors.binding, strict=True
+    )
+    for level, binding in reversed(list(levels_and_bindings)):
         follower_counts = np.maximum(np.bincount(binding, minlength=level.owners.size), 1)
         sums = [np.bincount(binding, row, minlength=level.owners.size) for row in remaining_motion]
         level_mean = np.stack(sums) / follower_counts
@@ -53,8 +55,8 @@ def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float6
     """Return each anchor's previous symbols; for a resampled anchor, those of nearby anchors."""
     new_levels = start.required_anchors.levels
     if previous.anchors is None:
-        count = sum(level.owners.size for level in new_levels)
-        return np.zeros((count, start.motion.shape[0]))
+        anchor_count = sum(level.owners.size for level in new_levels)
+        return np.zeros((anchor_count, start.motion.shape[0]))
     old_levels = zip(previous.anchors.levels, previous.symbols, strict=True)
     return np.concatenate(
         [

@@ -20,8 +20,8 @@ def estimate_frame_seconds(plan: EncodePlan, step_seconds: float) -> float:
         plan: Plan of the encode.
         step_seconds: Duration of a training step of frame 0, seconds.
     """
-    steps = plan.motion_steps * _MOTION_STEP_COST + plan.birth_steps * _BIRTH_STEP_COST
-    return step_seconds * (steps + plan.views * _VIEW_COST)
+    weighted_steps = plan.motion_steps * _MOTION_STEP_COST + plan.birth_steps * _BIRTH_STEP_COST
+    return step_seconds * (weighted_steps + plan.views * _VIEW_COST)
 
 
 class TimeForecast:

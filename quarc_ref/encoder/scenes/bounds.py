@@ -58,14 +58,16 @@ class Bounds:
         """
         if self.position and self.most_slack == 1:
             return self
-        median = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
-        if not 0 < median < np.inf:
+        median_scale = float(np.exp(np.median(splats.log_scales.astype(np.float64).mean(axis=1))))
+        if not 0 < median_scale < np.inf:
             message = (
                 "the median scale of the first frame is 0 or not finite: set the position bound"
             )
             raise EncodeError(message)
         return replace(
-            self, position=self.position or self.position_share * median, median_scale=median
+            self,
+            position=self.position or self.position_share * median_scale,
+            median_scale=median_scale,
         )
 
     def __str__(self) -> str:

@@ -159,10 +159,10 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
     Raises:
         EncodeError: The edit removes all Gaussians of a frame.
     """
-    canonical_index = -1
+    keyframe_index = -1
     for scene in scenes:
-        canonical_index += scene.phase == 0 or canonical_index < 0
-        yield edit.apply(dequantize(scene), scene.ids + (canonical_index << 32))
+        keyframe_index += scene.phase == 0 or keyframe_index < 0
+        yield edit.apply(dequantize(scene), scene.ids + (keyframe_index << 32))
 
 
 def _matrix_to_quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

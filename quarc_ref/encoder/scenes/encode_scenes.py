@@ -178,8 +178,8 @@ class _Encoding:
             message = f"frame {frame_index}: {error}"
             raise EncodeError(message) from error
         self._last_frame = frame
-        degree = round(frame.splats.sh.shape[1] ** 0.5) - 1
-        self._dropped_sh_degree = max(self._dropped_sh_degree, degree if degree > 1 else 0)
+        sh_degree = round(frame.splats.sh.shape[1] ** 0.5) - 1
+        self._dropped_sh_degree = max(self._dropped_sh_degree, sh_degree if sh_degree > 1 else 0)
         errors = measure_errors(self._loop.state.scene, target, self._target_rows)
         require_bounds(errors, self._bounds, frame_index)
         self._errors = self._errors.maximum(errors)
@@ -211,10 +211,10 @@ class _Encoding:
         return convert_code_bounds(self._bounds, self._header)
 
     def _write_canonical(self, frame: int, target: Target) -> None:
-        coded = target.quantized(np.arange(target.count))
-        self._target_rows = order_canonical(coded.positions)
+        gaussians = target.quantized(np.arange(target.count))
+        self._target_rows = order_canonical(gaussians.positions)
         try:
-            self._loop.commit_canonical(coded, frame)
+            self._loop.commit_canonical(gaussians, frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
 
@@ -249,7 +249,7 @@ def match_frames(previous_frame: GivenFrame, frame: GivenFrame) -> Match:
 def _make_header(
     options: SceneOptions, bounds: Bounds, first_frames: list[GivenFrame]
 ) -> StreamHeader:
-    clock = Fraction(options.frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
+    frame_rate = Fraction(options.frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
     max_gaussians = _MAX_GROWTH_FACTOR * max(len(frame.splats.positions) for frame in first_frames)
     sufficient_levels = [
         level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians
@@ -257,8 +257,8 @@ def _make_header(
     header = replace(
         options.header,
         level=min(sufficient_levels, default=max(LEVELS)),
-        timescale=clock.numerator,
-        frame_ticks=clock.denominator,
+        timescale=frame_rate.numerator,
+        frame_ticks=frame_rate.denominator,
         updates=True,
     )
     matches = [match_frames(previous, current) for previous, current in pairwise(first_frames)]
@@ -272,8 +272,8 @@ def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
     needed to delete the returned Gaussians.
     """
     order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
-    surviving = np.flatnonzero(~should_delete[order])
-    return order[: surviving[0] if surviving.size else 0]
+    survivor_ranks = np.flatnonzero(~should_delete[order])
+    return order[: survivor_ranks[0] if survivor_ranks.size else 0]
 
 
 _LOOKAHEAD_FRAMES = 3

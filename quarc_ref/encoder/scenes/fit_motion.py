@@ -85,21 +85,21 @@ def _measure_motion(start: FrameState, target: Target, rows: Int64, survivors: I
 def _fit_levels(anchors: Anchors, target_motion: Float64, survivors: Int64) -> list[Int64]:
     """Fit the symbols of all levels, from the coarsest to the finest, in several sweeps."""
     symbols = [np.zeros((6, level.owners.size), dtype=np.int64) for level in anchors.levels]
-    remaining = target_motion.copy()
+    remaining_motion = target_motion.copy()
     for _ in range(_SWEEP_COUNT):
         for level_index in reversed(range(len(symbols))):
             anchor_indices = anchors.binding[level_index, survivors]
-            remaining += symbols[level_index][:, anchor_indices]
-            medians = find_medians(remaining, anchor_indices, symbols[level_index].shape[1])
+            remaining_motion += symbols[level_index][:, anchor_indices]
+            medians = find_medians(remaining_motion, anchor_indices, symbols[level_index].shape[1])
             symbols[level_index] = np.clip(np.rint(medians), -SYMBOL_LIMIT, SYMBOL_LIMIT).astype(
                 int
             )
-            remaining -= symbols[level_index][:, anchor_indices]
+            remaining_motion -= symbols[level_index][:, anchor_indices]
     return symbols
 
 
-def find_medians(values: Float64, anchor_indices: Int32, count: int) -> Float64:
-    """Return the `[c, count]` medians of values over the Gaussians of each anchor.
+def find_medians(values: Float64, anchor_indices: Int32, anchor_count: int) -> Float64:
+    """Return the `[c, anchor_count]` medians of values over the Gaussians of each anchor.
 
     If there are two middle values, the median is the one nearer to 0, or 0 if their signs
     differ. The median of an anchor without Gaussians is 0.
@@ -107,18 +107,21 @@ def find_medians(values: Float64, anchor_indices: Int32, count: int) -> Float64:
     Args:
         values: `[c, n]` values of each Gaussian.
         anchor_indices: `[n]` anchor of each Gaussian.
-        count: Number of anchors.
+        anchor_count: Number of anchors.
     """
-    sizes = np.bincount(anchor_indices, minlength=count)
-    starts = np.cumsum(sizes) - sizes
-    has_values = sizes > 0
-    starts, sizes = starts[has_values], sizes[has_values]
-    medians = np.zeros((len(values), count))
+    follower_counts = np.bincount(anchor_indices, minlength=anchor_count)
+    starts = np.cumsum(follower_counts) - follower_counts
+    has_values = follower_counts > 0
+    starts, follower_counts = starts[has_values], follower_counts[has_values]
+    medians = np.zeros((len(values), anchor_count))
     for row, median in zip(values, medians, strict=True):
         sorted_values = row[np.lexsort((row, anchor_indices))]
-        low, high = sorted_values[starts + (sizes - 1) // 2], sorted_values[starts + sizes // 2]
-        smaller = np.where(np.abs(low) < np.abs(high), low, high)
-        median[has_values] = np.where(low * high < 0, 0, smaller)
+        lower, upper = (
+            sorted_values[starts + (follower_counts - 1) // 2],
+            sorted_values[starts + follower_counts // 2],
+        )
+        nearer_to_zero = np.where(np.abs(lower) < np.abs(upper), lower, upper)
+        median[has_values] = np.where(lower * upper < 0, 0, nearer_to_zero)
     return medians
 
 
@@ -134,18 +137,23 @@ def _drop_unneeded_symbols(
     A symbol is needed if setting it to 0 would move a Gaussian out of its tolerance.
     """
     bindings = anchors.binding[:, survivors]
-    remaining = target_motion - sum(
-        level[:, level_binding] for level, level_binding in zip(symbols, bindings, strict=True)
+    remaining_motion = target_motion - sum(
+        level_symbols[:, level_binding]
+        for level_symbols, level_binding in zip(symbols, bindings, strict=True)
     )
-    reduced_symbols = [level.copy() for level in symbols]
-    for level, level_binding in zip(reduced_symbols, bindings, strict=True):
+    reduced_symbols = [level_symbols.copy() for level_symbols in symbols]
+    for level_symbols, level_binding in zip(reduced_symbols, bindings, strict=True):
         for channels, tolerance in channel_tolerances:
-            remaining_without = remaining[channels] + level[channels][:, level_binding]
-            is_needed = np.zeros(level.shape[1], dtype=np.bool_)
-            exceeds_tolerance = (np.abs(remaining_without).max(axis=0) > tolerance) & (
-                np.abs(remaining[channels]).max(axis=0) <= tolerance
+            motion_without_symbols = (
+                remaining_motion[channels] + level_symbols[channels][:, level_binding]
+            )
+            is_needed = np.zeros(level_symbols.shape[1], dtype=np.bool_)
+            exceeds_tolerance = (np.abs(motion_without_symbols).max(axis=0) > tolerance) & (
+                np.abs(remaining_motion[channels]).max(axis=0) <= tolerance
             )
             is_needed[level_binding[exceeds_tolerance]] = True
-            level[channels] *= is_needed
-            remaining[channels] = remaining_without - level[channels][:, level_binding]
+            level_symbols[channels] *= is_needed
+            remaining_motion[channels] = (
+                motion_without_symbols - level_symbols[channels][:, level_binding]
+            )
     return reduced_symbols

@@ -23,7 +23,7 @@ from quarc_ref.format.records import LOG_SCALES, OPACITY, SH_DC, SH_REST, Stream
 from quarc_ref.format.updates import ROTATION, TRANSLATION, UPDATE_FIELDS, Updates
 
 _ROUNDING_FACTOR = 1 + 1e-6  # loosens bounds for rounding errors of floats
-_FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
+_CODE_FIELDS = {"log-scales": LOG_SCALES, "opacity": OPACITY, "SH DC": SH_DC}
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,9 +64,12 @@ def find_recolored(state: FrameState, target: Target, rows: Int64, bounds: CodeE
     """
     is_recolored = np.zeros(rows.size, dtype=np.bool_)
     if state.scene.header.sh_degree:
-        matched = np.flatnonzero(rows >= 0)
-        errors = target.codes[SH_REST, rows[matched]] - state.scene.codes[SH_REST, matched]
-        is_recolored[matched] = np.abs(errors).max(axis=0) > bounds.sh_rest
+        matched_indices = np.flatnonzero(rows >= 0)
+        errors = (
+            target.codes[SH_REST, rows[matched_indices]]
+            - state.scene.codes[SH_REST, matched_indices]
+        )
+        is_recolored[matched_indices] = np.abs(errors).max(axis=0) > bounds.sh_rest
     return is_recolored
 
 
@@ -85,25 +88,29 @@ def fit_updates(
         bounds: Largest allowed errors.
     """
     scene, header = moved_state.scene, moved_state.scene.header
-    matched = np.flatnonzero(rows >= 0)
-    target_rows = rows[matched]
+    matched_indices = np.flatnonzero(rows >= 0)
+    target_rows = rows[matched_indices]
     residuals = np.zeros((RESIDUAL_ROWS, rows.size), dtype=np.int64)
-    offsets = target.positions[:, target_rows] - scene.positions[:, matched]
+    offsets = target.positions[:, target_rows] - scene.positions[:, matched_indices]
     slack = target.slack.select(target_rows)
-    limits = bounds.position * slack.position * _ROUNDING_FACTOR
-    is_out_of_bounds = np.abs(offsets).max(axis=0) * 2.0**-header.lattice_exponent > limits
-    residuals[TRANSLATION, matched] = np.rint(offsets / header.translation_step) * is_out_of_bounds
-    rotations = scene.rotations[:, matched] / ROTATION_ONE
-    residuals[ROTATION, matched], is_unreachable = _fit_rotations(
+    position_limits = bounds.position * slack.position * _ROUNDING_FACTOR
+    is_out_of_bounds = np.abs(offsets).max(axis=0) * 2.0**-header.lattice_exponent > position_limits
+    residuals[TRANSLATION, matched_indices] = (
+        np.rint(offsets / header.translation_step) * is_out_of_bounds
+    )
+    rotations = scene.rotations[:, matched_indices] / ROTATION_ONE
+    residuals[ROTATION, matched_indices], is_unreachable = _fit_rotations(
         rotations, target.rotations[:, target_rows], bounds.rotation * slack.rotation, header
     )
     code_bounds = convert_code_bounds(bounds, header)
-    for name, planes in _FIELDS.items():
-        errors = target.codes[planes, target_rows] - scene.codes[planes, matched]
+    for name, planes in _CODE_FIELDS.items():
+        errors = target.codes[planes, target_rows] - scene.codes[planes, matched_indices]
         is_out_of_bounds = np.abs(errors).max(axis=0) > code_bounds.fields[name]
-        residuals[UPDATE_FIELDS[name], matched] = np.rint(errors) * is_out_of_bounds
+        residuals[UPDATE_FIELDS[name], matched_indices] = np.rint(errors) * is_out_of_bounds
     is_deleted = rows < 0
-    is_deleted[matched] |= is_unreachable | (np.abs(residuals[:, matched]).max(axis=0) > CODE_LIMIT)
+    is_deleted[matched_indices] |= is_unreachable | (
+        np.abs(residuals[:, matched_indices]).max(axis=0) > CODE_LIMIT
+    )
     indices = np.flatnonzero(np.any(residuals, axis=0) | is_deleted)
     dies = is_deleted[indices]
     return Updates(indices, dies, residuals[:, indices] * ~dies), is_deleted

@@ -48,8 +48,8 @@ def find_lattice(positions: list[NDArray[np.floating]], max_multiple: float) -> 
     for exponent in range(LATTICE_EXPONENT_LIMIT + 1):
         if max_coordinate * 2.0**exponent > max_multiple:
             return None
-        scaled = [array.astype(np.float64) * 2.0**exponent for array in positions]
-        if all(np.array_equal(array, np.rint(array)) for array in scaled):
+        scaled_positions = [array.astype(np.float64) * 2.0**exponent for array in positions]
+        if all(np.array_equal(array, np.rint(array)) for array in scaled_positions):
             return exponent
     return None
 
@@ -74,8 +74,8 @@ def find_common_divisor(numbers: NDArray[np.floating], max_divisor: int) -> int:
     if not integers.size:
         return 1
     divisors = (
-        step
-        for step in range(max_divisor, 1, -1)
-        if np.mean(integers % step == 0) > _MIN_MULTIPLE_FRACTION
+        divisor
+        for divisor in range(max_divisor, 1, -1)
+        if np.mean(integers % divisor == 0) > _MIN_MULTIPLE_FRACTION
     )
     return next(divisors, 1)

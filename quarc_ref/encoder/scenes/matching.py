@@ -37,9 +37,11 @@ class Match:
 
 def match_ids(previous_ids: Int64, ids: Int64) -> Match:
     """Match the rows of two frames by ids, which must be unique in each frame."""
-    _, first, second = np.intersect1d(previous_ids, ids, assume_unique=True, return_indices=True)
-    order = np.argsort(first)
-    return Match(first[order], second[order])
+    _, first_rows, second_rows = np.intersect1d(
+        previous_ids, ids, assume_unique=True, return_indices=True
+    )
+    order = np.argsort(first_rows)
+    return Match(first_rows[order], second_rows[order])
 
 
 def match_order(previous: Splats, current: Splats) -> Match:
@@ -49,15 +51,15 @@ def match_order(previous: Splats, current: Splats) -> Match:
         first_rows = np.arange(count)
         if np.mean(_is_plausible(previous, first_rows, current, first_rows)) > 0.5:
             return Match(first_rows, first_rows)
-    first, second = _match_landmarks(previous, current)
+    first_landmarks, second_landmarks = _match_landmarks(previous, current)
     gap_bounds = zip(
-        np.concatenate([[-1], first]),
-        np.concatenate([first, [count]]),
-        np.concatenate([[-1], second]),
-        np.concatenate([second, [len(current.positions)]]),
+        np.concatenate([[-1], first_landmarks]),
+        np.concatenate([first_landmarks, [count]]),
+        np.concatenate([[-1], second_landmarks]),
+        np.concatenate([second_landmarks, [len(current.positions)]]),
         strict=True,
     )
-    pairs = [(first, second)]
+    pairs = [(first_landmarks, second_landmarks)]
     for first_low, first_high, second_low, second_high in gap_bounds:
         if first_high - first_low > 1 and second_high - second_low > 1:
             pairs.append(
@@ -80,15 +82,15 @@ def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
         np.flatnonzero(np.bincount(frame_labels, minlength=counts.size)[frame_labels] == 1)
         for frame_labels in (labels[:previous_count], labels[previous_count:])
     ]
-    _, first, second = np.intersect1d(
+    _, first_indices, second_indices = np.intersect1d(
         labels[:previous_count][unique_rows[0]],
         labels[previous_count:][unique_rows[1]],
         return_indices=True,
     )
-    first_rows, second_rows = unique_rows[0][first], unique_rows[1][second]
+    first_rows, second_rows = unique_rows[0][first_indices], unique_rows[1][second_indices]
     order = np.argsort(first_rows)
-    increasing = _longest_increasing_subsequence(second_rows[order])
-    return first_rows[order][increasing], second_rows[order][increasing]
+    increasing_indices = _longest_increasing_subsequence(second_rows[order])
+    return first_rows[order][increasing_indices], second_rows[order][increasing_indices]
 
 
 def _pack_attributes(splats: Splats) -> NDArray[np.void]:
@@ -116,10 +118,10 @@ def _longest_increasing_subsequence(numbers: Int64) -> Int64:
             tail_indices.append(index)
         else:
             tail_values[length], tail_indices[length] = number, index
-    chain = [tail_indices[-1]] if tail_indices else []
-    while chain and predecessors[chain[-1]] >= 0:
-        chain.append(int(predecessors[chain[-1]]))
-    return np.array(chain[::-1], dtype=np.int64)
+    reversed_subsequence = [tail_indices[-1]] if tail_indices else []
+    while reversed_subsequence and predecessors[reversed_subsequence[-1]] >= 0:
+        reversed_subsequence.append(int(predecessors[reversed_subsequence[-1]]))
+    return np.array(reversed_subsequence[::-1], dtype=np.int64)
 
 
 def _match_gap(
@@ -130,14 +132,16 @@ def _match_gap(
     If both ranges have the same length, only implausible pairs are dropped. If the lengths
     differ, the first implausible pair and all pairs after it are dropped.
     """
-    first, second = np.arange(*first_range), np.arange(*second_range)
-    count = min(first.size, second.size)
-    first, second = first[:count], second[:count]
+    first_rows, second_rows = np.arange(*first_range), np.arange(*second_range)
+    count = min(first_rows.size, second_rows.size)
+    first_rows, second_rows = first_rows[:count], second_rows[:count]
     if first_range[1] - first_range[0] == second_range[1] - second_range[0]:
-        is_kept = _is_plausible(previous, first, current, second)
+        is_kept = _is_plausible(previous, first_rows, current, second_rows)
     else:
-        is_kept = np.logical_and.accumulate(_is_plausible(previous, first, current, second))
-    return first[is_kept], second[is_kept]
+        is_kept = np.logical_and.accumulate(
+            _is_plausible(previous, first_rows, current, second_rows)
+        )
+    return first_rows[is_kept], second_rows[is_kept]
 
 
 def _is_plausible(previous: Splats, first_rows: Int64, current: Splats, second_rows: Int64) -> Bits:
@@ -147,5 +151,5 @@ def _is_plausible(previous: Splats, first_rows: Int64, current: Splats, second_r
         np.minimum(previous.log_scales[first_rows].max(axis=1), 30.0)
     )
     color_changes = np.abs(current.sh[second_rows, 0] - previous.sh[first_rows, 0]).max(axis=1)
-    plausible: Bits = (distances <= max_distances) & (color_changes <= _MAX_COLOR_CHANGE)
-    return plausible
+    is_plausible: Bits = (distances <= max_distances) & (color_changes <= _MAX_COLOR_CHANGE)
+    return is_plausible

@@ -72,15 +72,15 @@ class Recoloring:
             EncodeError: An offset exceeds the range of the codes.
         """
         color_offset = (self.gain - 1) / 2 + np.array(self.offset)
-        codes = np.rint(color_offset / (SH_C0 * header.sh_dc_step))
-        if np.abs(codes).max() > 2 * CODE_LIMIT:
+        rounded_offsets = np.rint(color_offset / (SH_C0 * header.sh_dc_step))
+        if np.abs(rounded_offsets).max() > 2 * CODE_LIMIT:
             message = (
                 f"the gain {self.gain} with the offsets {self.offset} exceeds the range of SH DC "
                 "codes: use smaller changes"
             )
             raise EncodeError(message)
-        rounded: Int64 = codes.astype(np.int64)
-        return rounded
+        code_offsets: Int64 = rounded_offsets.astype(np.int64)
+        return code_offsets
 
 
 def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:

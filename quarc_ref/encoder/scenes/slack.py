@@ -48,10 +48,10 @@ def measure_slack(splats: Splats, bounds: Bounds) -> Slack:
     log_scales = np.sort(splats.log_scales.astype(np.float64), axis=1)
     with np.errstate(over="ignore"):  # infinite values are clipped below
         opacities = 1 / (1 + np.exp(-splats.opacities.astype(np.float64)))
-        size = np.exp(log_scales[:, 1]) / (bounds.median_scale or 1.0)
+        relative_sizes = np.exp(log_scales[:, 1]) / (bounds.median_scale or 1.0)
     faintness = 1 / np.maximum(opacities, _MIN_OPACITY)
     roundness = 1 / np.maximum(log_scales[:, 2] - log_scales[:, 0], _MIN_ELONGATION)
     return Slack(
-        np.clip(size * faintness, 1, bounds.most_slack),
+        np.clip(relative_sizes * faintness, 1, bounds.most_slack),
         np.clip(roundness * faintness, 1, bounds.most_slack),
     )

@@ -60,16 +60,16 @@ def choose_steps(
     """
     first_frame = frames[0]
     header = _choose_lattice(header, bounds, frames, matches)
-    colors = first_frame.sh
+    sh = first_frame.sh
     return replace(
         header,
         rotation_bits=_choose_rotation_bits(first_frame.rotations, bounds.rotation),
         rotation_unity=min(ROTATION_UNITY_LIMIT, math.ceil(math.sqrt(3) / bounds.rotation * 1.02)),
         log_scale_step=_choose_step(first_frame.log_scales, bounds.log_scale),
         opacity_step=_choose_step(first_frame.opacities, bounds.opacity),
-        sh_dc_step=_choose_step(colors[:, 0], bounds.sh_dc),
-        sh_rest_step=_choose_step(colors[:, 1:4], bounds.sh_rest),
-        sh_degree=int(colors.shape[1] > 1),
+        sh_dc_step=_choose_step(sh[:, 0], bounds.sh_dc),
+        sh_rest_step=_choose_step(sh[:, 1:4], bounds.sh_rest),
+        sh_degree=int(sh.shape[1] > 1),
     )
 
 
@@ -154,10 +154,10 @@ def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
     """
     unit_quaternions = normalize(rotations.T.astype(np.float64))
     q22_quaternions = np.rint(unit_quaternions * ROTATION_ONE).astype(np.int64)
-    errors = {}
+    max_errors = {}
     for bits in range(_MIN_ROTATION_BITS, ROTATION_BITS_LIMIT + 1):
-        coded = expand_rotations(code_rotations(q22_quaternions, bits), bits)
-        errors[bits] = float(angles_between(coded / ROTATION_ONE, unit_quaternions).max())
-    exact_bits = [bits for bits, error in errors.items() if error < _MAX_EXACT_ANGLE]
-    sufficient_bits = [bits for bits, error in errors.items() if error <= 0.9 * bound]
+        decoded = expand_rotations(code_rotations(q22_quaternions, bits), bits)
+        max_errors[bits] = float(angles_between(decoded / ROTATION_ONE, unit_quaternions).max())
+    exact_bits = [bits for bits, error in max_errors.items() if error < _MAX_EXACT_ANGLE]
+    sufficient_bits = [bits for bits, error in max_errors.items() if error <= 0.9 * bound]
     return min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])

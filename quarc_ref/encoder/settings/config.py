@@ -92,13 +92,13 @@ def make_header(
         gaussian_count: Number of Gaussians in the canonical frame. The conformance level is the
             lowest one that allows `gaussian_count` + `births.max_births` Gaussians.
     """
-    clock = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
+    frame_rate = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
     max_gaussians = gaussian_count + config.births.max_births
     return replace(
         config.stream,
         level=min(level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians),
-        timescale=clock.numerator,
-        frame_ticks=clock.denominator,
+        timescale=frame_rate.numerator,
+        frame_ticks=frame_rate.denominator,
         seed=config.seed,
         snapshots=config.canonical.snapshot_interval > 0,
     )

@@ -148,8 +148,8 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
     names = dict(list_settings(config))
     if path not in names:
         same_names = [name for name in names if name.endswith(f".{path}")]
-        similar = same_names or difflib.get_close_matches(path, names, n=3)
-        suggestion = f"; similar names: {', '.join(similar)}" if similar else ""
+        similar_names = same_names or difflib.get_close_matches(path, names, n=3)
+        suggestion = f"; similar names: {', '.join(similar_names)}" if similar_names else ""
         message = (
             f"there is no setting {path!r}{suggestion}; encode --list-settings lists all settings"
         )

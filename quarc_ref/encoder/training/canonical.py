@@ -119,8 +119,8 @@ class _Training:
             prune_by_contribution(trainer, context, prune_threshold, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
         trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
-        is_halved = step < settings.half_resolution_until_iter
-        self._train_view(self._half_context if is_halved else context)
+        uses_half_resolution = step < settings.half_resolution_until_iter
+        self._train_view(self._half_context if uses_half_resolution else context)
         if objective.should_densify(step):
             densify(trainer, self._statistics, settings, context.views.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
@@ -213,13 +213,13 @@ def initialize_from_points(
     positions = points.positions[indices].astype(np.float64)
     log_scales = np.log(_measure_spacing(positions))
     colors = points.colors[indices] / 255
-    quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
-    opacity = math.log(_INITIAL_OPACITY / (1 - _INITIAL_OPACITY))
+    identity_quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
+    opacity_logit = math.log(_INITIAL_OPACITY / (1 - _INITIAL_OPACITY))
     tensors = (
         torch.tensor(positions, dtype=torch.float32),
-        quaternion.repeat(count, 1),
+        identity_quaternion.repeat(count, 1),
         torch.tensor(log_scales, dtype=torch.float32)[:, None].repeat(1, 3),
-        torch.full((count,), opacity),
+        torch.full((count,), opacity_logit),
         to_sh_dc(torch.tensor(colors)).to(torch.float32)[:, None],
         torch.zeros(count, 3, 3),
     )
@@ -291,12 +291,12 @@ def _attributes_to_render(
         noise = noise + sample_offsets(attributes.detached(), noise_factor, generator)
     if step >= fine_tuning_start:
         attributes = attributes.quantized(header)
-    has_sh = header.sh_degree > 0 and step >= settings.sh_from_iter
+    has_sh_rest = header.sh_degree > 0 and step >= settings.sh_from_iter
     return Attributes(
         attributes.means + noise,
         attributes.rotations,
         attributes.log_scales,
         attributes.opacities,
         attributes.sh_dc,
-        attributes.sh_rest if has_sh else torch.zeros_like(attributes.sh_rest),
+        attributes.sh_rest if has_sh_rest else torch.zeros_like(attributes.sh_rest),
     )

@@ -27,9 +27,9 @@ class ScreenStatistics:
     """
 
     def __init__(self, count: int, device: torch.device) -> None:
-        self._sums = torch.zeros(count, device=device)
+        self._gradient_sums = torch.zeros(count, device=device)
         self._view_counts = torch.zeros(count, device=device)
-        self._radii = torch.zeros(count, device=device)
+        self._max_radii = torch.zeros(count, device=device)
 
     def add(self, gradient: Tensor, rendering: Rendering, camera: Camera) -> None:
         """Add the gradients and radii of a rendered view.
@@ -40,43 +40,43 @@ class ScreenStatistics:
             camera: Camera of the view.
         """
         is_visible = rendering.radii > 0
-        self._sums += torch.where(
+        self._gradient_sums += torch.where(
             is_visible, convert_gradient_to_ndc(gradient, camera).norm(dim=1), 0
         )
         self._view_counts += is_visible
-        self._radii = torch.maximum(self._radii, rendering.radii)
+        self._max_radii = torch.maximum(self._max_radii, rendering.radii)
 
     def add_for_last_gaussians(
         self, gradient: Tensor, rendering: Rendering, camera: Camera
     ) -> None:
         """Add a rendered view in which these Gaussians come after all other Gaussians."""
-        count = self._sums.numel()
-        new_rendering = Rendering(
+        count = self._gradient_sums.numel()
+        last_rendering = Rendering(
             rendering.image, rendering.alpha, rendering.means2d, rendering.radii[-count:]
         )
-        self.add(gradient.reshape(-1, 2)[-count:], new_rendering, camera)
+        self.add(gradient.reshape(-1, 2)[-count:], last_rendering, camera)
 
     def mean_gradients(self) -> Tensor:
         """Return the `[N]` mean gradient norms in NDC; 0 for Gaussians that were never visible."""
-        return self._sums / self._view_counts.clamp(min=1)
+        return self._gradient_sums / self._view_counts.clamp(min=1)
 
     def state(self) -> dict[str, Tensor]:
         """Return the accumulated sums, view counts and radii, each `[N]`."""
-        return {"sums": self._sums, "views": self._view_counts, "radii": self._radii}
+        return {"sums": self._gradient_sums, "views": self._view_counts, "radii": self._max_radii}
 
     def restore(self, state: dict[str, Tensor]) -> None:
         """Replace the accumulated values with tensors that `state` returned."""
-        self._sums, self._view_counts, self._radii = (
-            state[name].to(self._sums.device) for name in ("sums", "views", "radii")
+        self._gradient_sums, self._view_counts, self._max_radii = (
+            state[name].to(self._gradient_sums.device) for name in ("sums", "views", "radii")
         )
 
     def largest_radii(self) -> Tensor:
         """Return the `[N]` largest screen-space radius of each Gaussian, in pixels."""
-        return self._radii
+        return self._max_radii
 
     def without(self, is_deleted: Tensor) -> "ScreenStatistics":
         """Return the statistics without the Gaussians in the mask `is_deleted` `[N]`."""
-        remaining_statistics = ScreenStatistics(0, self._sums.device)
+        remaining_statistics = ScreenStatistics(0, self._gradient_sums.device)
         remaining_statistics.restore(
             {name: values[~is_deleted] for name, values in self.state().items()}
         )

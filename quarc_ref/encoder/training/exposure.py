@@ -32,16 +32,16 @@ class Exposures:
 
     def __init__(self, view_count: int, device: torch.device) -> None:
         self.gains = torch.ones((view_count, 3), device=device)
-        self._corrected = WeakTensorKeyDictionary()
+        self._corrected_pictures = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
         """Divide a view's picture `[H, W, 3]` by the gains of the view.
 
         The corrected picture is cached until the gains change.
         """
-        if picture not in self._corrected:
-            self._corrected[picture] = picture / self.gains[view]
-        corrected: Tensor = self._corrected[picture]
+        if picture not in self._corrected_pictures:
+            self._corrected_pictures[picture] = picture / self.gains[view]
+        corrected: Tensor = self._corrected_pictures[picture]
         return corrected
 
     def update_gain(self, view: int, image: Tensor, picture: Tensor, weight: float) -> None:
@@ -64,12 +64,12 @@ class Exposures:
     def restore(self, gains: Tensor) -> None:
         """Replace the gains with `[V, 3]` gains from a checkpoint."""
         self.gains = gains.to(self.gains)
-        self._corrected = WeakTensorKeyDictionary()
+        self._corrected_pictures = WeakTensorKeyDictionary()
 
     def _normalize_gains(self) -> None:
         """Normalize the mean gain to 1 and clear the cache of corrected pictures."""
         self.gains /= self.gains.mean(dim=0)
-        self._corrected = WeakTensorKeyDictionary()
+        self._corrected_pictures = WeakTensorKeyDictionary()
 
 
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
@@ -81,7 +81,7 @@ def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
         image.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE],
         picture.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE],
     )
-    unsaturated = image * (picture < _SATURATION_LEVEL)
-    energy = (unsaturated * image).sum(dim=(0, 1))
-    gain = (unsaturated * picture).sum(dim=(0, 1)) / energy.clamp(min=_MIN_ENERGY)
-    return torch.where(energy > _MIN_ENERGY, gain, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)
+    unsaturated_image = image * (picture < _SATURATION_LEVEL)
+    energy = (unsaturated_image * image).sum(dim=(0, 1))
+    gains = (unsaturated_image * picture).sum(dim=(0, 1)) / energy.clamp(min=_MIN_ENERGY)
+    return torch.where(energy > _MIN_ENERGY, gains, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)

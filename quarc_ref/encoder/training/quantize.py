@@ -56,8 +56,8 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
         EncodeError: No Gaussian remains.
     """
     max_steps = min(1 << (AXIS_BITS_LIMIT - 1), POSITION_LIMIT // header.position_step) - 1
-    steps = attributes.means / position_step(header)
-    is_representable = (steps.abs() <= max_steps).all(dim=1)
+    positions_in_steps = attributes.means / position_step(header)
+    is_representable = (positions_in_steps.abs() <= max_steps).all(dim=1)
     if not bool(is_representable.any()):
         message = "no trained Gaussian is within the position range of the format"
         raise EncodeError(message)

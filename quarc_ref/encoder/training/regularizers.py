@@ -52,5 +52,5 @@ def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:
 
 def _deviation_nats(values: Tensor, step: float) -> Tensor:
     """Return the sum of ln(1 + mean absolute deviation in steps) over the columns of `[N, c]`."""
-    deviation = (values - values.mean(dim=0)).abs().mean(dim=0)
-    return torch.log1p(deviation / step).sum()
+    deviations = (values - values.mean(dim=0)).abs().mean(dim=0)
+    return torch.log1p(deviations / step).sum()

@@ -180,13 +180,15 @@ class Trainer:
         """Keep the Gaussians in `keep_mask` `[N]`, and append new ones with zero Adam state."""
         groups = zip(self._adam.param_groups, new_rows.tensors(), strict=True)
         new_leaves = []
-        for group, rows in groups:
+        for group, new_tensor in groups:
             old_leaf = group["params"][0]
-            leaf = _make_leaf(torch.cat([old_leaf.detach()[keep_mask], rows]))
+            leaf = _make_leaf(torch.cat([old_leaf.detach()[keep_mask], new_tensor]))
             state = self._adam.state.pop(old_leaf, None)
             if state is not None:
                 for moment in ("exp_avg", "exp_avg_sq"):
-                    state[moment] = torch.cat([state[moment][keep_mask], torch.zeros_like(rows)])
+                    state[moment] = torch.cat(
+                        [state[moment][keep_mask], torch.zeros_like(new_tensor)]
+                    )
                 self._adam.state[leaf] = state
             group["params"] = [leaf]
             new_leaves.append(leaf)
