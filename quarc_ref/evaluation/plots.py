@@ -25,10 +25,10 @@ _KIND_COLORS = {
     "overhead": _GRAY,
 }
 _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
-# maximum characters of a label and of a line of the legend; width of the mark before a label
+# in characters: maximum length of a label and of a legend line; width of the mark before a label
 _MAX_LABEL_LENGTH, _MAX_LEGEND_LENGTH, _MARK_WIDTH = 40, 90, 6
 _DOTS_PER_INCH = 110
-_MIN_LOG_AXIS_RATIO = 6  # ratio of the highest rate to the lowest
+_MIN_LOG_AXIS_RATIO = 6  # the axis is logarithmic if highest rate / lowest rate exceeds this
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.format.cameras import Camera
 from quarc_ref.inspection.stream_summary import StreamSummary
 
-_SHOWN_DIGITS = 12  # digits that are enough to distinguish fingerprints
+_SHOWN_DIGITS = 12  # enough digits to distinguish fingerprints
 
 
 class MismatchError(ValueError):

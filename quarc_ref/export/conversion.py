@@ -9,13 +9,13 @@ from quarc_ref.export.errors import ExportError
 _TIMEOUT_SECONDS = 600
 
 
-def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
+def convert(data: bytes, source_format: str, target_format: str, **options: int) -> bytes:
     """Convert a file of Gaussians to another format.
 
     Args:
         data: Bytes of the file.
-        source: Format of the file: `ply`, `spz` or `sog`.
-        target: Format of the result.
+        source_format: Format of the file: `ply`, `spz` or `sog`.
+        target_format: Format of the result.
         options: Options of the library.
 
     Raises:
@@ -24,17 +24,18 @@ def convert(data: bytes, source: str, target: str, **options: int) -> bytes:
     """
     from gaussforge import GaussForge
 
-    result = GaussForge().convert(data, source, target, **options)
+    result = GaussForge().convert(data, source_format, target_format, **options)
     if "error" in result:
         message = (
-            f"gaussforge cannot convert {source.upper()} to {target.upper()}: {result['error']}"
+            f"gaussforge cannot convert {source_format.upper()} to {target_format.upper()}: "
+            f"{result['error']}"
         )
         raise ExportError(message)
     converted: bytes = result["data"]
     return converted
 
 
-def convert_in_subprocess(data: bytes, source: str, target: str) -> bytes:
+def convert_in_subprocess(data: bytes, source_format: str, target_format: str) -> bytes:
     """Convert an untrusted file in a separate process; see `convert`.
 
     If the library crashes on a damaged file or prints to the console, this process is not
@@ -47,7 +48,7 @@ def convert_in_subprocess(data: bytes, source: str, target: str) -> bytes:
     if find_spec("gaussforge") is None:
         message = "gaussforge is not installed"
         raise ImportError(message, name="gaussforge")
-    command = [sys.executable, "-I", "-c", _CHILD_PROGRAM, source, target]
+    command = [sys.executable, "-I", "-c", _CHILD_PROGRAM, source_format, target_format]
     try:
         completed = subprocess.run(
             command, input=data, capture_output=True, timeout=_TIMEOUT_SECONDS, check=False

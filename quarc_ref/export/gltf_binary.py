@@ -15,7 +15,7 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.upright import rotate_upright
 
 _EXTENSION = "KHR_gaussian_splatting"
-_KERNEL = {
+_EXTENSION_PROPERTIES = {
     "kernel": "ellipse",
     "colorSpace": "srgb_rec709_display",
     "sortingMethod": "cameraDistance",
@@ -47,7 +47,7 @@ def build(frame: Frame, clip: Clip) -> bytes:
     primitive = gltf.Primitive(
         attributes=gltf.Attributes(**accessor_by_name),
         mode=gltf.POINTS,
-        extensions={_EXTENSION: _KERNEL},
+        extensions={_EXTENSION: _EXTENSION_PROPERTIES},
     )
     model.meshes = [gltf.Mesh(primitives=[primitive])]
     model.buffers = [gltf.Buffer(byteLength=offset)]

@@ -16,7 +16,7 @@ from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.upright import convert_to_matrix, find_upright_rotation, rotate_upright
 from quarc_ref.format.cameras import Camera
 
-_APERTURE = 36.0  # tenths of a unit, as in USD; arbitrary, because only ratios matter
+_APERTURE = 36.0  # tenths of a world unit, as in USD; any value works, because only ratios matter
 
 
 class SequenceExporter:
@@ -46,30 +46,36 @@ class SequenceExporter:
         """Append a frame as time samples."""
         from pxr import Vt
 
-        splats, time = rotate_upright(frame.splats, self._clip), frame.scene.frame
+        splats, time_code = rotate_upright(frame.splats, self._clip), frame.scene.frame
         is_first = not self._stage.HasAuthoredTimeCodeRange()
         if is_first:
-            self._stage.SetStartTimeCode(time)
-        self._stage.SetEndTimeCode(time)
-        field = self._splats
+            self._stage.SetStartTimeCode(time_code)
+        self._stage.SetEndTimeCode(time_code)
+        particle_field = self._splats
         radius = 3 * compute_scales(splats).max(axis=1, keepdims=True)
         extent = [(splats.positions - radius).min(axis=0), (splats.positions + radius).max(axis=0)]
         coefficients = splats.sh.reshape(-1, 3)
         for attribute, value in (
-            (field.CreatePositionsAttr(), Vt.Vec3fArray.FromNumpy(splats.positions)),
+            (particle_field.CreatePositionsAttr(), Vt.Vec3fArray.FromNumpy(splats.positions)),
             (
-                field.CreateOrientationsAttr(),
+                particle_field.CreateOrientationsAttr(),
                 Vt.QuatfArray.FromNumpy(convert_to_xyzw(splats.rotations)),
             ),
-            (field.CreateScalesAttr(), Vt.Vec3fArray.FromNumpy(compute_scales(splats))),
-            (field.CreateOpacitiesAttr(), Vt.FloatArray.FromNumpy(compute_opacities(splats))),
+            (particle_field.CreateScalesAttr(), Vt.Vec3fArray.FromNumpy(compute_scales(splats))),
             (
-                field.CreateRadianceSphericalHarmonicsCoefficientsAttr(),
+                particle_field.CreateOpacitiesAttr(),
+                Vt.FloatArray.FromNumpy(compute_opacities(splats)),
+            ),
+            (
+                particle_field.CreateRadianceSphericalHarmonicsCoefficientsAttr(),
                 Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(coefficients)),
             ),
-            (field.CreateExtentAttr(), Vt.Vec3fArray.FromNumpy(np.array(extent, np.float32))),
+            (
+                particle_field.CreateExtentAttr(),
+                Vt.Vec3fArray.FromNumpy(np.array(extent, np.float32)),
+            ),
         ):
-            attribute.Set(value, time)
+            attribute.Set(value, time_code)
             if is_first:  # for readers that ignore time samples
                 attribute.Set(value)
 

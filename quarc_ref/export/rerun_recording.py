@@ -18,7 +18,7 @@ from quarc_ref.export.activate import (
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.format.cameras import Camera
 
-_REST_COEFFICIENTS = 15  # rerun requires the coefficients of all degrees from 1 to 3
+_REST_COEFFICIENT_COUNT = 15  # rerun requires the coefficients of all degrees from 1 to 3
 
 
 class SequenceExporter:
@@ -54,7 +54,7 @@ class SequenceExporter:
         colors = np.concatenate(
             [compute_base_colors(splats), compute_opacities(splats)[:, None]], axis=1
         )
-        sh_rest = np.zeros((len(colors), _REST_COEFFICIENTS, 3), dtype=np.float32)
+        sh_rest = np.zeros((len(colors), _REST_COEFFICIENT_COUNT, 3), dtype=np.float32)
         sh_rest[:, : splats.sh.shape[1] - 1] = splats.sh[:, 1:]
         has_rest = splats.sh.shape[1] > 1
         gaussians = rerun.GaussianSplats3D(

@@ -85,7 +85,10 @@ def check_header(data: bytes) -> None:
     if len(header) < _HEADER_BYTES or header[:4] != _MAGIC:
         message = "the file does not begin with an SPZ header"
         raise ValueError(message)
-    count = int.from_bytes(header[8:12], "little")
-    if not 0 < count <= min(_MAX_GAUSSIANS, len(data) * _MAX_DEFLATE_RATIO // _MIN_GAUSSIAN_BYTES):
-        message = f"the file is too short for the {count} Gaussians that its header declares"
+    gaussian_count = int.from_bytes(header[8:12], "little")
+    max_count = min(_MAX_GAUSSIANS, len(data) * _MAX_DEFLATE_RATIO // _MIN_GAUSSIAN_BYTES)
+    if not 0 < gaussian_count <= max_count:
+        message = (
+            f"the file is too short for the {gaussian_count} Gaussians that its header declares"
+        )
         raise ValueError(message)

@@ -46,7 +46,7 @@ class ExportFormat:
     package: str | None = None
     extra: str | None = None
 
-    def require(self) -> None:
+    def require_library(self) -> None:
         """Import the library, so that a missing library is reported before frames are decoded.
 
         Raises:
@@ -61,7 +61,7 @@ class ExportFormat:
         Raises:
             ImportError: The library is not installed.
         """
-        self.require()
+        self.require_library()
         build: Callable[[Frame, Clip], bytes] = self._load().build
         return build
 
@@ -74,7 +74,7 @@ class ExportFormat:
         Raises:
             ImportError: The library is not installed.
         """
-        self.require()
+        self.require_library()
         sequence: FrameSequence = self._load().SequenceExporter(clip)
         return sequence
 

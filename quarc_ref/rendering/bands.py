@@ -22,8 +22,8 @@ from quarc_ref.rendering.pipeline import (
 )
 from quarc_ref.rendering.pipeline_data import Band, Int32, Picture, Projection
 
-MAX_BAND_PIXELS = 1 << 21  # of 16 bytes each; a band has at least one row of tiles
-MAX_SLICE_PAIRS = 1 << 21  # of 16 bytes each; a slice has at least one Gaussian
+MAX_BAND_PIXELS = 1 << 21  # at 16 bytes per pixel; a band has at least one row of tiles
+MAX_SLICE_PAIRS = 1 << 21  # at 16 bytes per pair; a slice has at least one Gaussian
 
 
 def render_band_pictures(sorted_projection: Projection, camera: Camera) -> Iterator[Picture]:

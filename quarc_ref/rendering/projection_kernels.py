@@ -189,8 +189,8 @@ def _covariance_backward(
     inverse_det = _1 / (a * c - b * b)
     ca, cb, cc = c * inverse_det, -b * inverse_det, a * inverse_det
     ga, gb, gc = g_conics[i, 0], g_conics[i, 1], g_conics[i, 2]
-    # The gradient of the covariance, the inverse of the conic, is -conic G conic. G is symmetric,
-    # with gb / 2 off the diagonal.
+    # The covariance is the inverse of the conic, so its gradient is -conic G conic, where G is the
+    # gradient of the conic: a symmetric matrix with gb / 2 off the diagonal.
     pa, pb = ga * ca + _HALF * gb * cb, ga * cb + _HALF * gb * cc
     qa, qb = _HALF * gb * ca + gc * cb, _HALF * gb * cb + gc * cc
     ha, hb, hc = -(ca * pa + cb * qa), -(ca * pb + cb * qb), -(cb * pb + cc * qb)

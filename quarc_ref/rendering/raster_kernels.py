@@ -16,7 +16,7 @@ from quarc_ref.rendering.compiled import fused_kernel, inlined_kernel, kernel, p
 MAX_ALPHA = np.float32(0.99)
 MIN_ALPHA = np.float32(1 / 255)
 MIN_TRANSMITTANCE = np.float32(1e-4)
-OPACITY_CHECK_INTERVAL = 16  # a tile is checked for opacity after so many Gaussians
+OPACITY_CHECK_INTERVAL = 16  # Gaussians blended between two checks of whether a tile is opaque
 _0 = np.float32(0)
 _1 = np.float32(1)
 _HALF = np.float32(0.5)

@@ -25,7 +25,7 @@ from quarc_ref.synth.solids import (
 )
 
 _PERIOD_SECONDS = 3.0
-_OPENING_SECONDS = (0.05, 0.50)  # from the start of a period
+_OPENING_SECONDS = (0.05, 0.50)  # start and end of the opening, from the start of a period
 _CLOSING_SECONDS = (2.2, 2.7)
 _LEFT, _RIGHT, _BACK, _FRONT, _CEILING = -3.7, 3.7, -2.7, 3.9, 3.2
 _LAMP_LIGHT = (9.6, 8.7, 7.4)

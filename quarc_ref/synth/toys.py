@@ -29,7 +29,7 @@ from quarc_ref.synth.solids import (
 _BALL_RADIUS = 0.2
 _BOUNCE_SECONDS = 0.66
 _BOUNCE_HEIGHT = 0.38
-_CONTACT_SHARE = 0.14  # share of a bounce before and after the impact in which the ball is deformed
+_CONTACT_SHARE = 0.14  # share of a bounce, on each side of the impact, that deforms the ball
 _TRAIN_SPEED = 1.2  # meters per second
 _CAR_SPACING = 0.47
 _WHEEL_RADIUS = 0.065

@@ -65,10 +65,10 @@ def draw_planned_pictures(
     """
     scenes = decode(source, planned_pictures[0].frame, stop)
     scene: Scene | None = None
-    for planned in planned_pictures:
-        while scene is None or scene.frame < planned.frame:
+    for planned_picture in planned_pictures:
+        while scene is None or scene.frame < planned_picture.frame:
             scene = next(scenes)
-        yield draw(dequantize(scene), planned.camera)
+        yield draw(dequantize(scene), planned_picture.camera)
     next(scenes, None)
 
 

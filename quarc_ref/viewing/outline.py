@@ -29,18 +29,18 @@ class Outline:
         header: Header from the HEAD chunk.
         cameras: Cameras from the last `came` chunk.
         first_frame: Ordinal of the first frame.
-        chunks: Chunk headers of the frames in order, up to the first damaged chunk.
+        chunk_headers: Chunk headers of the frames in order, up to the first damaged chunk.
     """
 
     header: StreamHeader
     cameras: tuple[Camera, ...]
     first_frame: int
-    chunks: tuple[ChunkHeader, ...]
+    chunk_headers: tuple[ChunkHeader, ...]
 
     @property
     def end_frame(self) -> int:
         """Ordinal after the last frame."""
-        return self.first_frame + len(self.chunks)
+        return self.first_frame + len(self.chunk_headers)
 
     def count_frames(self, start: int, stop: int | None) -> int:
         """Return the number of frames in the stream from `start` to `stop` - 1."""
@@ -57,16 +57,16 @@ def outline_stream(source: Source) -> Outline:
     """
     walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()
-    chunks: list[ChunkHeader] = []
+    chunk_headers: list[ChunkHeader] = []
     first_frame = 0
     with suppress(BitstreamError):  # decoding reports the error
         for step in walk:
             if step.header.kind == container.CAME:
                 cameras = wire.parse_cameras(walk.take(step).payload)
             if step.is_frame and step.frame is not None and _is_complete(step.header, source):
-                first_frame = first_frame if chunks else step.frame
-                chunks.append(step.header)
-    return Outline(wire.parse_stream_header(walk.head), cameras, first_frame, tuple(chunks))
+                first_frame = first_frame if chunk_headers else step.frame
+                chunk_headers.append(step.header)
+    return Outline(wire.parse_stream_header(walk.head), cameras, first_frame, tuple(chunk_headers))
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:

@@ -31,7 +31,7 @@ class RequestFilter:
     def __init__(self, host: str, extra_names: Collection[str] = ()) -> None:
         self.token = secrets.token_urlsafe(16)
         self._extra_names = frozenset(name.lower() for name in extra_names)
-        self._names = {host.lower(), *_LOOPBACK_HOSTS, *self._extra_names}
+        self._accepted_names = {host.lower(), *_LOOPBACK_HOSTS, *self._extra_names}
 
     def find_rejection_reason(
         self, path: str, hosts: Sequence[str], origins: Sequence[str], address: str
@@ -44,7 +44,7 @@ class RequestFilter:
             origins: Values of the Origin headers.
             address: Address of this machine at which the request arrived.
         """
-        if len(hosts) != 1 or _parse_host(hosts[0]) not in {*self._names, address}:
+        if len(hosts) != 1 or _parse_host(hosts[0]) not in {*self._accepted_names, address}:
             return (
                 "the name in the Host header is unknown; quarc-ref view --allow-host NAME allows it"
             )

@@ -21,7 +21,7 @@ from quarc_ref.viewing.shared_source import GrowingSource
 _PORT_COUNT = 100
 _LAST_PORT = 65535
 _UNAVAILABLE_PORT_ERRNOS = (errno.EADDRINUSE, errno.EACCES)
-# hosts that mean all addresses, and the address for browsers on this machine
+# hosts that stand for all addresses, each with the address for a browser on this machine
 _BROWSER_ADDRESSES = {"": "127.0.0.1", "0.0.0.0": "127.0.0.1", "::": "::1"}
 _BLOCK_BYTES = 1 << 20
 _COMMON_HEADERS = {
@@ -52,7 +52,7 @@ class Server(ThreadingHTTPServer):
     Args:
         address: Host and port. If the port is in use, the next 99 ports are tried.
         resources: Resources by name; the page has the name `""`.
-        names: Additional host names of the server.
+        extra_names: Additional host names of the server.
         report: Function that is called with a message when a resource cannot be read.
 
     Raises:
@@ -66,16 +66,16 @@ class Server(ThreadingHTTPServer):
         self,
         address: tuple[str, int],
         resources: Mapping[str, Resource],
-        names: Collection[str] = (),
+        extra_names: Collection[str] = (),
         report: Callable[[str], object] = lambda _: None,
     ) -> None:
         host, port = address
         self.resources, self.report = resources, report
-        self.request_filter = RequestFilter(host, names)
+        self.request_filter = RequestFilter(host, extra_names)
         self._host = _BROWSER_ADDRESSES.get(host, host)
         ports = range(port, min(port + _PORT_COUNT, _LAST_PORT + 1))
         try:
-            self._bind_first(host, ports)
+            self._bind_first_free_port(host, ports)
         except (OSError, UnicodeError) as error:  # UnicodeError: invalid host name
             cause = getattr(error, "strerror", None) or str(error)
             if getattr(error, "errno", None) in _UNAVAILABLE_PORT_ERRNOS:
@@ -100,7 +100,7 @@ class Server(ThreadingHTTPServer):
     def handle_error(self, request: Any, client_address: Any) -> None:  # noqa: ANN401
         """Ignore errors that clients cause, such as closed connections."""
 
-    def _bind_first(self, host: str, ports: range) -> None:
+    def _bind_first_free_port(self, host: str, ports: range) -> None:
         """Listen on the first free port."""
         addresses = socket.getaddrinfo(
             host or None, 0, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE

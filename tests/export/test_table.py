@@ -30,4 +30,4 @@ def test_a_missing_library_is_an_import_error_before_anything_is_written(monkeyp
     monkeypatch.setitem(sys.modules, "gaussforge", None)
 
     with pytest.raises(ImportError):
-        EXPORT_FORMATS["spz"].require()
+        EXPORT_FORMATS["spz"].require_library()

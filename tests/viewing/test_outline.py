@@ -32,7 +32,7 @@ def test_the_frames_are_those_of_the_stream(data):
 
     assert outline.cameras == (CAMERA,)
     assert outline.header == make_stream()[1][0].scene.header
-    kinds = [chunk.kind for chunk in outline.chunks]
+    kinds = [chunk.kind for chunk in outline.chunk_headers]
     assert kinds == [b"CANO", b"FRAM", b"FRAM", b"CANO", b"FRAM"]
     assert (outline.first_frame, outline.end_frame) == (0, 5)
 
@@ -66,15 +66,15 @@ def test_payloads_of_frames_are_not_read(data):
     source = CountedSource(data)
     outline = outline_stream(source)
 
-    payload_bytes = sum(chunk.length for chunk in outline.chunks)
+    payload_bytes = sum(chunk.length for chunk in outline.chunk_headers)
     assert source.byte_count() < len(data) - payload_bytes / 2
 
 
 def test_a_truncated_stream_has_the_frames_before(data):
     complete = outline_stream(BytesSource(data))
-    truncated = outline_stream(BytesSource(data[: complete.chunks[-1].end - 1]))
+    truncated = outline_stream(BytesSource(data[: complete.chunk_headers[-1].end - 1]))
 
-    assert truncated.chunks == complete.chunks[:4]
+    assert truncated.chunk_headers == complete.chunk_headers[:4]
     assert truncated.cameras == (CAMERA,)
 
 
@@ -120,7 +120,7 @@ def test_a_resized_camera_sees_the_same(width):
 
 def test_cameras_are_read_without_decoding_a_frame(data):
     source = CountedSource(data)
-    first = outline_stream(BytesSource(data)).chunks[0]
+    first = outline_stream(BytesSource(data)).chunk_headers[0]
 
     assert read_cameras(source) == (CAMERA,)
     assert source.byte_count() < first.payload_offset + 8

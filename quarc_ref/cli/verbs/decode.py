@@ -89,7 +89,7 @@ def decode_frames(
         export = EXPORT_FORMATS[
             output.suffix.lower().removeprefix(".") if is_single_file else to or "ply"
         ]
-        export.require()
+        export.require_library()
         writer = FrameWriter(export, with_sidecar=not is_single_file)
         open_target = (
             open_output_frame if is_single_file else growing_folder if follow else written_folder

@@ -13,7 +13,8 @@ Vector = NDArray[np.float64]
 _MIN_LENGTH = 1e-9
 # assumed distance from a camera to the center of the scene, in multiples of its near plane
 _CENTER_DISTANCE_FACTOR = 4.0
-_PARALLEL_LIMIT = 1e-3  # optical axes are parallel below this smallest eigenvalue per camera
+# optical axes count as parallel if smallest eigenvalue / number of cameras is below this
+_PARALLEL_LIMIT = 1e-3
 
 
 class PathError(ValueError):
