@@ -1,8 +1,8 @@
 """Caches the machine code of this package's numba kernels on disk.
 
 The renderer and the synthetic scene use kernels; the decoder uses none. A cache entry contains the
-code of a kernel that Python calls, and of all kernels that it calls in turn. All entries are valid
-until any kernel of the package changes.
+code of a kernel that Python calls, and of all kernels which that kernel calls in turn. All entries
+are valid until any kernel of the package changes.
 """
 
 import hashlib

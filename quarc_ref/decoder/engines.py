@@ -61,9 +61,9 @@ def would_benefit_from_fast_engine() -> bool:
     """Return whether no fast engine is installed and this process has decoded a large scene."""
     return (
         find_fast_engine() is None
-        and ReferenceEngine.largest_gaussian_count >= _LARGE_GAUSSIAN_COUNT
+        and ReferenceEngine.largest_gaussian_count >= _LARGE_SCENE_GAUSSIAN_COUNT
     )
 
 
-_LARGE_GAUSSIAN_COUNT = 1 << 13
+_LARGE_SCENE_GAUSSIAN_COUNT = 1 << 13
 _engine: ContextVar[str | None] = ContextVar("engine", default=None)

@@ -48,4 +48,4 @@ def _decline_above(limit: int, count: int, noun: str) -> None:
         raise LimitError(message)
 
 
-_DECODER_LIMITS = LEVELS[30]  # of this decoder, at the unlimited level
+_DECODER_LIMITS = LEVELS[30]  # limits of this decoder for streams at the unlimited level

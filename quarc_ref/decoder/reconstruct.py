@@ -106,7 +106,9 @@ def move(state: State, symbols: list[Int64]) -> State:
     """
     scene = state.scene
     symbols_and_binding = zip(symbols, state.required_anchors.binding, strict=True)
-    sums = np.sum([level[:, binding] for level, binding in symbols_and_binding], axis=0)
+    sums = np.sum(
+        [level_symbols[:, binding] for level_symbols, binding in symbols_and_binding], axis=0
+    )
     positions = scene.positions + sums[:3] * scene.header.translation_step
     return replace(
         state,

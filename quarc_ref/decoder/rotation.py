@@ -88,10 +88,13 @@ def _expand_block(coded: Int64, fraction_bits: int) -> Int64:
         message = "the norm of three components of a rotation exceeds 1"
         raise RotationRangeError(message)
     # The other components keep their order; after the largest, they move down by one row.
-    largest, row = coded[0], np.arange(4)[:, None]
-    shifted_components = np.where(largest < row, components[[0, 0, 1, 2]], components[[0, 1, 2, 2]])
+    largest_index, rows = coded[0], np.arange(4)[:, None]
+    shifted_components = np.where(
+        largest_index < rows, components[[0, 0, 1, 2]], components[[0, 1, 2, 2]]
+    )
     return _normalize(
-        np.where(largest == row, isqrt(squared_largest), shifted_components), PRODUCT_GUARD_BITS
+        np.where(largest_index == rows, isqrt(squared_largest), shifted_components),
+        PRODUCT_GUARD_BITS,
     )
 
 

@@ -23,9 +23,9 @@ class State:
         anchors: Anchors of the last sampling; None before the first sampling.
         births: Births of the frame, as coded; None in a canonical frame.
         next_id: Id of the next new Gaussian.
-        motion_counts: Bit counts of the motion contexts since the last canonical frame.
-        birth_counts: Bit counts of the birth contexts since the last canonical frame.
-        update_counts: Bit counts of the update contexts since the last canonical frame.
+        motion_counts: Zeros and ones counted in the motion contexts since the last canonical frame.
+        birth_counts: Zeros and ones counted in the birth contexts since the last canonical frame.
+        update_counts: Zeros and ones counted in the update contexts since the last canonical frame.
         recency: `[N]` number of frames since each Gaussian was updated or added, at most
             RECENCY_LIMIT; None in a stream without updates.
         updates: Updates of individual Gaussians in the frame, as coded; None in a canonical

@@ -159,7 +159,8 @@ def make_chunk(header: ChunkHeader, data: bytes) -> Chunk:
 
     Args:
         header: Header of the chunk.
-        data: Bytes from the payload to the end of the chunk, or fewer at the end of the stream.
+        data: Bytes from the start of the payload to the end of the chunk, or fewer if the
+            stream ends earlier.
 
     Raises:
         TruncatedError: The stream ends inside the chunk.

@@ -186,7 +186,7 @@ def build_tail(tail: Tail) -> bytes:
 
 
 def parse_index(payload: bytes) -> SeekPoints:
-    """Parse INDX (SPEC 5.9) and check its count; the entries stay in an array."""
+    """Parse INDX (SPEC 5.9) and check its number of entries, which stay in an array."""
     return SeekPoints(np.frombuffer(_parse(INDEX, payload).points, SEEK_POINT_DTYPE))
 
 

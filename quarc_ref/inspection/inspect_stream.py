@@ -71,8 +71,8 @@ def inspect_stream(
     chunks: list[ChunkSummary] = []
     for header in reader.headers():
         chunk = reader.take(header)
-        size = chunk.byte_count()
-        chunks.append(ChunkSummary(chunk.kind.decode(), chunk.sequence, chunk.offset, size))
+        chunk_bytes = chunk.byte_count()
+        chunks.append(ChunkSummary(chunk.kind.decode(), chunk.sequence, chunk.offset, chunk_bytes))
         state = decoder.push(chunk) if chunk.kind in container.KNOWN_TYPES else None
         if state is None:
             continue

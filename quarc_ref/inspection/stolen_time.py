@@ -17,7 +17,7 @@ class ProcessorTime:
 
     Attributes:
         busy: Ticks in which the CPUs were busy.
-        stolen: Ticks in which CPUs were ready to run, but the host ran other virtual machines.
+        stolen: Ticks in which CPUs had work, but the host ran other virtual machines.
     """
 
     busy: int

@@ -1,8 +1,8 @@
 """Copies consecutive frames of a stream to a new stream.
 
-The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose
-CANO is not included. Frame numbers do not change (SPEC 11.1), so times and digests stay
-the same, and frames still correspond to the pictures of the capture.
+The first frame must be a keyframe. Chunks are copied unchanged, except snapshots whose CANO is not
+part of the cut. Frame numbers do not change (SPEC 11.1), so times and digests stay the same, and
+frames still correspond to the pictures of the capture.
 """
 
 from collections.abc import Iterator
@@ -122,7 +122,7 @@ def _raise_no_keyframe(
 
 
 class _ChunkCopier:
-    """Writes chunks unchanged, except snapshots whose CANO is not included.
+    """Writes chunks unchanged, but recodes snapshots whose CANO is not part of the cut.
 
     Args:
         writer: Writer of the new stream.

@@ -17,7 +17,7 @@ from quarc_ref.streams.chunk_reader import check_payload_crc
 from quarc_ref.streams.source import Source
 
 MAX_WINDOW_BYTES = 1 << 20
-_FIRST_WINDOW_BYTES = 1 << 12  # because the chunk is often near
+_FIRST_WINDOW_BYTES = 1 << 12  # small, because the next chunk is often near
 _BUDGET_FACTOR = 16
 _PAYLOAD_BYTES_AT_LEVEL_30 = LEVELS[30].chunk_bytes
 _ORDINAL_BYTES = 4

@@ -47,7 +47,7 @@ class PipeSource:
     """A stream that can be read only once, from beginning to end.
 
     Args:
-        pipe: Binary file; it is read no further than requested.
+        pipe: Binary file; no more bytes are read from it than requested.
         buffer_bytes: Number of past bytes to keep. To resume after damage, `recover` needs at
             least the size of the stream's longest chunk.
     """

@@ -154,12 +154,12 @@ class _LevelCoder:
             np.bitwise_or.reduce(self._context.previous_motion, axis=0) | parents_moving
         )
         parent_magnitudes = self._coarser.magnitudes[self._context.parents[anchors_with_context]]
-        expected = np.abs(self._expected_residuals(anchors_with_context)).sum(axis=0)
+        expected_magnitudes = np.abs(self._expected_residuals(anchors_with_context)).sum(axis=0)
         contexts = np.zeros(moving.size, dtype=np.int64)
         contexts[anchors_with_context] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.classify(
             parent_magnitudes
         )
-        contexts[anchors_with_context] += _EXPECTED_CLASSES.classify(expected)
+        contexts[anchors_with_context] += _EXPECTED_CLASSES.classify(expected_magnitudes)
         return self._planes.code(f"{self._name}, moves", contexts, moving)
 
     def _code_nonzero(self, expected: Int64, values: Int64) -> Bits:

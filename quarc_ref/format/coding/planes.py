@@ -35,7 +35,7 @@ class Planes(Protocol):
 
         Args:
             model: Name of the model.
-            contexts: `[n]` context of each element, 0 or more.
+            contexts: `[n]` context of each element, at least 0.
             bits: `[n]` bits to write; ignored when reading.
 
         Returns:
@@ -119,8 +119,10 @@ class PlaneReader:
         )
         weights = self._counts.compute_weights(model, runs.contexts)
         weights[is_stated] = [weight_of_probability_code(code) for code in codes.tolist()]
-        run_sizes = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
-        runs_of_bits = [self._bit_decoder.take(count, weight) for count, weight in run_sizes]
+        lengths_and_weights = zip(runs.lengths.tolist(), weights.tolist(), strict=True)
+        runs_of_bits = [
+            self._bit_decoder.take(count, weight) for count, weight in lengths_and_weights
+        ]
         self._counts.add_bits(model, runs.contexts, *runs.count_zeros_and_ones(runs_of_bits))
         decoded = np.empty_like(bits)
         decoded[runs.order] = np.concatenate(runs_of_bits)

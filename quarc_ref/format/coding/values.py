@@ -15,7 +15,7 @@ from quarc_ref.format.constants import MODELLED_BITS
 
 
 def code_fixed(planes: Planes, name: str, contexts: Int64, width: int, values: Int64) -> Int64:
-    """Code numbers below 2^width; the context of a bit includes the higher bits.
+    """Code numbers below 2^width; the context of a bit includes the higher bits of its number.
 
     Args:
         planes: A `PlaneWriter` to encode, or a `PlaneReader` to decode.
