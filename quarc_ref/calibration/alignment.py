@@ -26,7 +26,8 @@ class Shift:
     """Start time of a recording relative to the common timeline of all recordings.
 
     Attributes:
-        samples: Sample `t` of the common timeline is sample `t + samples` of this recording.
+        samples: Shift in samples; sample `t` of the common timeline is sample `t + samples` of
+            this recording.
         confidence: Peak correlation minus the highest correlation outside the peak, in standard
             deviations of the correlations outside the peak.
     """
@@ -196,7 +197,7 @@ def _sum_pair_correlations(curves: NDArray[np.float32], shifts: NDArray[np.int64
 
 
 def _find_parabola_peak(curve: Float64Array, peak: int) -> float:
-    """Fit a parabola to a peak and its neighbors; return the offset of its top from the peak."""
+    """Fit a parabola to a peak and its neighbors; return its vertex relative to the peak."""
     if not 0 < peak < len(curve) - 1:
         return 0.0
     before_peak, peak_value, after_peak = curve[peak - 1 : peak + 2]

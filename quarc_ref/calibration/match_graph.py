@@ -19,7 +19,7 @@ from quarc_ref.datasets.pictures import Size
 
 MIN_MATCHES = 15  # minimum number of verified matches between two cameras
 SEED = 0
-_INITIAL_FOCAL_RATIO = 1.2  # in units of the longer side of a picture, as in COLMAP
+_INITIAL_FOCAL_RATIO = 1.2  # relative to the longer side of a picture, as in COLMAP
 
 
 @dataclass(frozen=True, slots=True, eq=False)

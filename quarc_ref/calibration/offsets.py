@@ -25,11 +25,11 @@ from quarc_ref.datasets.video import VideoReader
 
 MIN_CONFIDENCE = 2.0
 _MIN_MOTION_FRAMES = 24  # minimum number of frames for synchronization by motion
-_MAX_MOTION_FRAMES = 300  # maximum number of frames compared by motion
+_MAX_MOTION_FRAMES = 300  # maximum number of frames whose motion is compared
 _MAX_RELATIVE_OFFSET = 0.4  # largest offset relative to the shortest recording
 _MAX_OFFSET = 300  # frames
 _PEAK_WIDTH = 2  # frames: closer shifts count as the same shift
-_MAX_SOUND_SECONDS = 60.0  # duration of the compared sound
+_MAX_SOUND_SECONDS = 60.0  # maximum duration of the compared sounds
 _SOUND_SAMPLES_PER_SECOND = 16000
 _LOUDNESS_SAMPLES_PER_FRAME = 8
 

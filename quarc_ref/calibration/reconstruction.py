@@ -7,7 +7,8 @@ import pycolmap
 
 from quarc_ref.calibration.lenses import AUTO_MODEL, INITIAL_AUTO_MODEL, PINHOLE_MODEL, LensOptions
 
-MIN_SUPPORTED_POINTS = 15  # minimum per camera; two other cameras see a supported point
+# Minimum number per camera; a point is supported if at least two other cameras see it.
+MIN_SUPPORTED_POINTS = 15
 _ADJUSTMENT_ROUNDS = 2
 _MAX_ITERATIONS = 40
 _LOSS_SCALE = 0.5  # pixels: scale of the Cauchy loss

@@ -19,7 +19,7 @@ UP_FROM_CAMERA_PLANE = "plane"
 UP = (0.0, -1.0, 0.0)
 _MIN_DIRECTION_SPREAD = 0.02  # mean squared sine below which all cameras look in one direction
 _MIN_PLANE_CAMERAS = 4
-_MAX_THICKNESS_RATIO = 0.3  # of a planar rig: thickness relative to width
+_MAX_THICKNESS_RATIO = 0.3  # maximum thickness of a planar rig, relative to its width
 _PARALLEL_THRESHOLD = 1e-3  # smallest eigenvalue per camera below which axes are parallel
 
 

@@ -104,7 +104,7 @@ def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthV
 def _measure_agreement(
     positions: NDArray[np.floating], depth_views: Sequence[_DepthView]
 ) -> _DepthAgreement:
-    """For each point, count the cameras that see a surface there, and those that see one behind."""
+    """For each point, count the cameras that see a surface at the point or behind it."""
     agreeing_counts, contradicting_counts = np.zeros((2, len(positions)), np.int64)
     ratio_sum = np.zeros(len(positions))
     for depth_view in depth_views:

@@ -106,7 +106,7 @@ def _fit_pinhole(lens: Lens) -> Lens:
 
 
 def _undistort_borders(lens: Lens, axis: int) -> tuple[float, float]:
-    """Return the largest interval at depth 1 between two opposite undistorted borders.
+    """Return the largest interval, at depth 1, inside two opposite undistorted borders.
 
     Args:
         lens: A lens with distortion.

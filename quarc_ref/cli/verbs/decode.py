@@ -117,7 +117,7 @@ def decode_frames(
 
 @contextmanager
 def _suggest_recovery(writer: "FrameWriter", frames: str | None) -> Iterator[None]:
-    """Add to the message of a stream error how many frames `--recover` would keep."""
+    """If decoding fails, add to the error message how many frames `--recover` would keep."""
     try:
         yield
     except UnknownCriticalError:  # an unknown critical chunk stops --recover as well

@@ -128,4 +128,4 @@ def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> 
         "to try it": f"python3 -m http.server --directory {output}",
     }
     print_fields(str(output), rows)
-    sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # on a single line, for copying
+    sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # one line, so that it can be copied
