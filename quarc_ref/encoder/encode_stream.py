@@ -80,7 +80,7 @@ def encode(
         encoding = _Encoding(capture, options)
         if partial_stream is None:
             encoding.announce()
-            encoding.begin(sink)
+            encoding.add_first_frame(sink)
         else:
             encoding.resume_from(sink, partial_stream)
         if partial_stream is None or not partial_stream.is_finished:
@@ -133,7 +133,7 @@ class _Encoding:
             plan, lambda: estimate_encode(context, capture.points, plan, config)
         )
 
-    def begin(self, sink: BinaryIO) -> None:
+    def add_first_frame(self, sink: BinaryIO) -> None:
         """Train and write frame 0."""
         config, capture = self._config, self._capture
         header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)

@@ -28,7 +28,7 @@ _CANONICAL_BYTES_PER_GAUSSIAN = 7.0
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
 # maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0
 _MAX_GROWTH_FACTOR = 10
-_LAMBDA_EXPONENT = -0.2  # exponent: half the weight gives 15 % more bytes
+_LAMBDA_EXPONENT = -0.2  # exponent of the weight: half the weight gives 15 % more bytes
 
 
 def estimate_encode(

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from quarc_ref.encoder.progress import NullProgress, Progress
 
-# Name of the time between the last step of one stage and the first step of the next stage.
+# Name of the stage to which the time between the steps of two different stages belongs.
 _TRANSITION_STAGES = {
     ("canonical", "frames"): "canonical commit",
     ("frames", "motion"): "anchors",

@@ -54,8 +54,8 @@ class WorkerPool:
     @property
     def environment(self) -> dict[str, str]:
         """Environment variables that limit the number of threads that a job's libraries use."""
-        names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS")
-        return dict.fromkeys(names, str(self.threads))
+        variable_names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "MKL_NUM_THREADS")
+        return dict.fromkeys(variable_names, str(self.threads))
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,8 +86,10 @@ class JobsError(RuntimeError):
 
     def __init__(self, outcomes: Mapping[str, Outcome], job_count: int) -> None:
         self.messages = {name: outcome.message for name, outcome in outcomes.items()}
-        lines = [f"{name}: {message}" for name, message in self.messages.items()]
-        super().__init__("; ".join([f"{len(lines)} of {job_count} jobs failed", *lines]))
+        failure_lines = [f"{name}: {message}" for name, message in self.messages.items()]
+        super().__init__(
+            "; ".join([f"{len(failure_lines)} of {job_count} jobs failed", *failure_lines])
+        )
         for name, outcome in outcomes.items():
             self.add_note(f"{name}:\n{outcome.details}")
 

@@ -30,11 +30,13 @@ def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, 
     ray.init(pool.ray, **logging_options, **(local_options if pool.ray == _LOCAL_ADDRESS else {}))
     try:
         task = ray.remote(num_cpus=pool.threads, num_gpus=pool.gpus)(run_call)
-        indices = {task.remote(call, pool.environment): index for index, call in enumerate(calls)}
-        while indices:
-            ended_tasks, _ = ray.wait(list(indices))
+        indices_by_task = {
+            task.remote(call, pool.environment): index for index, call in enumerate(calls)
+        }
+        while indices_by_task:
+            ended_tasks, _ = ray.wait(list(indices_by_task))
             for reference in ended_tasks:
-                yield indices.pop(reference), _get_outcome(reference)
+                yield indices_by_task.pop(reference), _get_outcome(reference)
     finally:
         ray.shutdown()
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 # The threads of torch and numba do not survive a fork.
 _SPAWN_CONTEXT = multiprocessing.get_context("spawn")
 _TERMINATED_EXIT_CODE = 128 + signal.SIGTERM
-_END_TIMEOUT_SECONDS = 10.0  # seconds before a process that does not end is killed
+_END_TIMEOUT_SECONDS = 10.0  # time after which a process that has not ended is killed
 
 
 def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
@@ -80,13 +80,13 @@ def _join_or_kill(process: BaseProcess) -> None:
 
 
 @contextmanager
-def _change_environment(changes: Mapping[str, str]) -> Iterator[None]:
+def _change_environment(new_values: Mapping[str, str]) -> Iterator[None]:
     """Set environment variables for the processes that are started within this context.
 
     The variables cannot be set in `_run_worker`, because libraries may be loaded before it runs.
     """
-    previous_values = {name: os.environ.get(name) for name in changes}
-    os.environ.update(changes)
+    previous_values = {name: os.environ.get(name) for name in new_values}
+    os.environ.update(new_values)
     try:
         yield
     finally:

@@ -50,7 +50,7 @@ class Player:
         self._prefetch = prefetch
         self._pipeline = FramePipeline(as_source(stream), threads, prefetch, follow, self.times)
         self._run: Frames | None = None
-        self._next_ordinal = -1  # next ordinal in the run of `frame`; -1 if there is none
+        self._next_ordinal = -1  # next frame that `frame` can take from the run; -1: none
 
     def __enter__(self) -> "Player":
         return self

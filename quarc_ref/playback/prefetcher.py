@@ -36,7 +36,7 @@ class Prefetcher(Generic[_Item]):
         self._worker = _Worker(make_iterator, max_items, closed or Event())
         self._thread = Thread(target=copy_context().run, args=(self._worker.run,), daemon=True)
         self._is_finished = False
-        # The thread must not refer to this object, because it could then not be garbage-collected.
+        # The thread must not refer to this object, which could otherwise not be garbage-collected.
         weakref.finalize(self, self._worker.end)
 
     def __iter__(self) -> "Prefetcher[_Item]":

@@ -28,8 +28,8 @@ _MAX_RARELY_SEEN_FRACTION = 0.5
 _MAX_PARALLAX_DEGREES = 25.0
 _MAX_OUTSIDE_FRACTION = 0.2
 _MIN_FRACTION_OF_MEDIAN_COUNT = 0.02
-# Largest distance of a camera from the center of all cameras, relative to the median depth of
-# the points: half a degree.
+# Distance from the center of all cameras, relative to the median depth of the points, below
+# which cameras count as coinciding. At this depth, it spans about half a degree.
 _MIN_RELATIVE_RADIUS = 0.01
 
 

@@ -25,7 +25,7 @@ _MIN_POINTS = 50
 # Relative to the width of a picture; the blur hides pose errors of a pixel.
 _RELATIVE_BLUR_WIDTH = 1 / 80
 _MIN_BLUR_PIXELS = 5
-_MIN_COLOR_DEVIATION = 2.0  # levels of 255; points of nearly the same color are not informative
+_MIN_COLOR_DEVIATION = 2.0  # 0 to 255; points of nearly the same color are not informative
 # Step relative to the width of a picture, and number of steps in each direction.
 _SHIFT_STEP, _SHIFT_COUNT = 0.02, 6
 _MIN_INSIDE_FRACTION = 0.5  # fraction of the points that must be inside the shifted picture

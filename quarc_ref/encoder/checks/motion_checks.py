@@ -21,7 +21,7 @@ from quarc_ref.format.cameras import Camera
 
 # Relative to the median change of all cameras; video coding changes even frozen pictures.
 _MAX_FROZEN_CHANGE = 0.02
-_MIN_MOTION = 0.1  # minimum average change of pictures with motion, levels of 255
+_MIN_MOTION = 0.1  # minimum average change of pictures with motion, 0 to 255
 _MAX_REPEATED_CHANGE = 0.02  # relative to the camera's median change
 _MIN_CHANGE_OF_OTHERS = 0.3  # relative to the median changes of the other cameras
 _MIN_REPEATS = 2

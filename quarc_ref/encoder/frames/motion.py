@@ -128,7 +128,7 @@ class _MotionFit:
         )
         loss = (
             loss
-            + self._rate_weight * self._residuals.rate(settings)
+            + self._rate_weight * self._residuals.estimate_rate(settings)
             + (updates.penalty() if updates else 0.0)
         )
         gradient = _take_optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
@@ -140,10 +140,10 @@ class _MotionFit:
     def result(self) -> FittedMotion:
         """Return the trained and quantized motion and updates."""
         residuals = self._residuals
-        motion = FittedMotion(residuals.symbols(), residuals.decoded_residuals(), self._statistics)
+        motion = FittedMotion(residuals.symbols(), residuals.residuals_in_steps(), self._statistics)
         if self._updates is None:
             return motion
-        updates = self._updates.updates(self._move())
+        updates = self._updates.quantized_updates(self._move())
         is_deleted = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
         is_deleted[torch.from_numpy(updates.gaussians[updates.dies]).to(is_deleted.device)] = True
         return replace(motion, statistics=self._statistics.without(is_deleted), updates=updates)
@@ -213,7 +213,7 @@ class _Residuals:
             columns.append(round_to_step(torch.cat(component).clamp(-limit, limit), step))
         return torch.cat(columns, dim=1)
 
-    def rate(self, settings: MotionSettings) -> Tensor:
+    def estimate_rate(self, settings: MotionSettings) -> Tensor:
         """Estimate the rate of the residuals before rounding; see `MotionSettings.rate_model`."""
         components = [torch.cat(component) for component in self._leaves_by_component]
         if settings.rate_model == "l1":
@@ -223,7 +223,7 @@ class _Residuals:
         ]
         return mean_log_norm(torch.cat(component_steps, dim=1))
 
-    def decoded_residuals(self) -> Tensor:
+    def residuals_in_steps(self) -> Tensor:
         """Return the `[A, c]` quantized residuals in quantization steps."""
         with torch.no_grad():
             components = zip(_split_components(self.quantized()), self._step_sizes, strict=True)

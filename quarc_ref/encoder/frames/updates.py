@@ -109,7 +109,7 @@ class TrainedUpdates:
             min_gain = self._rd.scale_relative(self._settings.min_gain) / gains.numel()
             self._is_selected = gains > min_gain
 
-    def updates(self, attributes: Attributes) -> Updates:
+    def quantized_updates(self, attributes: Attributes) -> Updates:
         """Return the quantized updates of a frame.
 
         Args:

@@ -9,7 +9,7 @@ from quarc_ref.encoder.monitoring.forecast import TimeForecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
 
 _KILOBYTE = 1024
-# computing the PSNR takes about as long as the loss, so not every step is sampled
+# computing the PSNR takes about as long as computing the loss, so not every step is sampled
 _SECONDS_BETWEEN_SAMPLES = 0.25
 _SAMPLE_COUNT = 12
 
@@ -32,7 +32,7 @@ class EncodeStatus:
         self._forecast: TimeForecast | None = None
         self._psnr_samples: deque[float] = deque(maxlen=_SAMPLE_COUNT)
         self._next_sample_time = 0.0
-        self._gaussians = 0
+        self._gaussian_count = 0
         self._byte_count = 0
 
     def begin(self, plan: EncodePlan, estimate: Callable[[], Estimate]) -> None:
@@ -46,7 +46,7 @@ class EncodeStatus:
         """See `Monitor.step`."""
         if self._forecast is not None:
             self._forecast.record_step(step.stage, step.step)
-        self._gaussians = step.gaussians
+        self._gaussian_count = step.gaussians
         now = self._clock()
         if now >= self._next_sample_time:
             self._psnr_samples.append(step.psnr())
@@ -56,7 +56,7 @@ class EncodeStatus:
         """See `Monitor.frame`."""
         if self._forecast is not None:
             self._forecast.record_frame(frame.frame)
-        self._gaussians, self._byte_count = frame.gaussians, frame.total_bytes
+        self._gaussian_count, self._byte_count = frame.gaussians, frame.total_bytes
 
     def end(self) -> None:
         """See `Monitor.end`."""
@@ -66,7 +66,7 @@ class EncodeStatus:
         parts = []
         if self._psnr_samples:
             parts.append(f"{fmean(self._psnr_samples):.1f} dB train")
-        if self._gaussians:
+        if self._gaussian_count:
             parts.append(f"{self._gaussians:,} Gaussians")
         if self._byte_count:
             parts.append(f"{self._byte_count / _KILOBYTE:,.1f} KB")

@@ -50,14 +50,14 @@ class Layout:
         )
 
     def _matches_shape(
-        self, shape: tuple[int, ...], expected: tuple[int | str, ...], lengths: dict[str, int]
+        self, shape: tuple[int, ...], expected_shape: tuple[int | str, ...], lengths: dict[str, int]
     ) -> bool:
         """Return whether a shape matches; store the lengths of named dimensions in `lengths`."""
-        return len(shape) == len(expected) and all(
+        return len(shape) == len(expected_shape) and all(
             length in self.lengths[dimension] and lengths.setdefault(dimension, length) == length
             if isinstance(dimension, str)
             else length == dimension
-            for length, dimension in zip(shape, expected, strict=True)
+            for length, dimension in zip(shape, expected_shape, strict=True)
         )
 
 

@@ -175,17 +175,17 @@ def _compare_metadata(existing_metadata: dict[str, str], new_metadata: dict[str,
         existing_metadata = existing_metadata | {
             "settings": update_names(existing_metadata["settings"])
         }
-    names = [
+    differing_names = [
         name
         for name in {**existing_metadata, **new_metadata}
         if existing_metadata.get(name) != new_metadata.get(name)
     ]
-    if "settings" in names:
-        names.remove("settings")
+    if "settings" in differing_names:
+        differing_names.remove("settings")
         changed_items = {*existing_metadata.get("settings", "").split()} ^ {
             *new_metadata["settings"].split()
         }
-        names += sorted({item.partition("=")[0] for item in changed_items if "=" in item}) or [
-            "settings"
-        ]
-    return names
+        differing_names += sorted(
+            {item.partition("=")[0] for item in changed_items if "=" in item}
+        ) or ["settings"]
+    return differing_names

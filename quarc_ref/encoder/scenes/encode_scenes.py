@@ -277,5 +277,5 @@ def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
 
 
 _LOOKAHEAD_FRAMES = 3
-_MAX_GROWTH_FACTOR = 2  # largest final number of Gaussians, relative to the first frames
+_MAX_GROWTH_FACTOR = 2  # largest final number of Gaussians, relative to that of the first frames
 _CLOCK_DENOMINATOR_LIMIT = 1001

@@ -12,7 +12,7 @@ from quarc_ref.format.morton import interleave
 from quarc_ref.format.records import Births, Gaussians
 
 _NEIGHBORS_PER_SIDE = 4  # number of neighbors on each side
-_KEY_SHIFT = 3  # a lattice coordinate has 24 bits, a coordinate of a Morton key 21
+_KEY_SHIFT = 3  # lattice coordinates have 24 bits; coordinates of Morton keys have 21
 
 
 def fit_births(

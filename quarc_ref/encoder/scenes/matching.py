@@ -19,7 +19,7 @@ from quarc_ref.format.arrays import Bits, Int64
 _MAX_RELATIVE_MOTION = (
     10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
 )
-_MAX_COLOR_CHANGE = 1.0  # difference of SH DC: 0.28 of a color from 0 to 1
+_MAX_COLOR_CHANGE = 1.0  # largest plausible change of SH DC; it changes colors (0 to 1) by 0.28
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -38,7 +38,7 @@ from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_dec
 _INITIAL_OPACITY = 0.1
 _NEIGHBOR_COUNT = 3
 _MIN_SPACING = 1e-7
-# Evaluating the code rate is slow, so every second iteration does, with twice the weight.
+# Evaluating the code rate is slow, so only every second iteration uses it, with twice the weight.
 _RATE_INTERVAL = 2
 
 

@@ -64,7 +64,9 @@ def test_the_scene_in_training_equals_the_decoders():
         dequantize(
             apply_updates(
                 moved_state,
-                replace(trained.updates(attributes), dies=_no_deaths(trained, attributes)),
+                replace(
+                    trained.quantized_updates(attributes), dies=_no_deaths(trained, attributes)
+                ),
             ).scene
         ),
         _CPU,
@@ -79,7 +81,7 @@ def test_the_scene_in_training_equals_the_decoders():
 
 
 def _no_deaths(trained, attributes):
-    return np.zeros(trained.updates(attributes).count, dtype=np.bool_)
+    return np.zeros(trained.quantized_updates(attributes).count, dtype=np.bool_)
 
 
 def test_a_wrong_color_is_corrected():
@@ -100,7 +102,7 @@ def test_faded_gaussians_leave():
     with torch.no_grad():
         trained.leaf[[7, 70], 9] = torch.tensor([-3.0, -60.0])
 
-    updates = trained.updates(attributes)
+    updates = trained.quantized_updates(attributes)
 
     assert updates.gaussians.tolist() == [7, 70]
     assert updates.dies.tolist() == [False, True]
@@ -161,7 +163,7 @@ def test_at_least_one_gaussian_is_left():
     with torch.no_grad():
         trained.leaf[:, 9] = -500.0
 
-    updates = trained.updates(attributes)
+    updates = trained.quantized_updates(attributes)
 
     assert updates.count == state.scene.count
     assert int((~updates.dies).sum()) == 1
