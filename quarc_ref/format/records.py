@@ -107,8 +107,8 @@ class StreamHeader:
     @property
     def code_planes(self) -> int:
         """Number of attribute codes of a Gaussian: 7 at SH degree 0, 16 at degree 1."""
-        base = constants.LOG_SCALE_PLANES + constants.OPACITY_PLANES + constants.SH_DC_PLANES
-        return base + (constants.SH_REST_PLANES if self.sh_degree else 0)
+        base_planes = constants.LOG_SCALE_PLANES + constants.OPACITY_PLANES + constants.SH_DC_PLANES
+        return base_planes + (constants.SH_REST_PLANES if self.sh_degree else 0)
 
     @property
     def symbol_planes(self) -> int:

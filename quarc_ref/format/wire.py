@@ -233,8 +233,8 @@ def _make_record(record_type: Callable[..., _Record], parsed: Any) -> _Record:  
 
 
 def _make_camera(parsed: Any) -> Camera:  # noqa: ANN401
-    rows = {name: tuple(parsed[name]) for name in ("rotation", "translation")}
-    return _make_record(Camera, {**parsed, **rows, "held_out": bool(parsed["held_out"])})
+    tuples = {name: tuple(parsed[name]) for name in ("rotation", "translation")}
+    return _make_record(Camera, {**parsed, **tuples, "held_out": bool(parsed["held_out"])})
 
 
 def _make_section(parsed: Any) -> Section:  # noqa: ANN401

@@ -71,7 +71,7 @@ def measure_speed(
         SourceError: The file, pipe or server cannot be read.
     """
     start_time = first_time = last_time = time.perf_counter()
-    cpu_seconds, first_ticks = 0.0, None
+    first_cpu_seconds, first_ticks = 0.0, None
     frame_count = gaussian_count = 0
     first_stage_times: Counter[str] = Counter()
     with open_source(name) as source, Player(source, threads=threads) as player:
@@ -80,11 +80,11 @@ def measure_speed(
             frame_count, gaussian_count = frame_count + 1, len(frame.splats.opacities)
             if frame_count == 1:
                 first_time, first_stage_times = last_time, Counter(player.times)
-                cpu_seconds = time.process_time()
+                first_cpu_seconds = time.process_time()
                 first_ticks = read_processor_time()
             if on_progress is not None:
                 on_progress("decode", frame_count, 0)
-        stage_times, cpu_seconds = Counter(player.times), time.process_time() - cpu_seconds
+        stage_times, cpu_seconds = Counter(player.times), time.process_time() - first_cpu_seconds
         # `Counter.__sub__` would drop stages whose difference is not positive.
         stage_times.subtract(first_stage_times)
         last_ticks = read_processor_time()

@@ -100,7 +100,7 @@ def read_canonical(chunk: CanonicalChunk, code_planes: int) -> Gaussians:
     return _read_sections(chunk, chunk.gaussian_count, code_planes)
 
 
-def read_newborn(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
+def read_newborn_gaussians(chunk: SnapshotChunk, code_planes: int) -> Gaussians:
     """Decode the Gaussians of a snapshot that are not in its canonical frame."""
     return _read_sections(chunk, chunk.newborn_count, code_planes)
 
@@ -109,7 +109,7 @@ def _read_sections(
     chunk: CanonicalChunk | SnapshotChunk, count: int, code_planes: int
 ) -> Gaussians:
     readers = [PlaneReader(section, ContextCounts()) for section in chunk.sections]
-    placeholder = _make_placeholder(code_planes, count)
+    placeholder = _make_placeholder_gaussians(code_planes, count)
     keys, gaussians = _code_canonical(readers, placeholder.positions[0], placeholder)
     for reader in readers:
         reader.finish()
@@ -153,7 +153,7 @@ def read_births(
         EntropyError: The section is malformed.
     """
     reader = PlaneReader(section, counts)
-    placeholder = _make_placeholder(code_planes, count)
+    placeholder = _make_placeholder_gaussians(code_planes, count)
     births = _code_births(reader, Births(placeholder.positions[0], placeholder))
     return births, reader.finish()
 
@@ -162,17 +162,22 @@ def _code_canonical(
     planes: Sequence[Planes], keys: Int64, gaussians: Gaussians
 ) -> tuple[Int64, Gaussians]:
     """Code the planes of all sections, which are independent of each other (SPEC 8.5)."""
-    position_planes, color_planes, opacity_planes, scale_planes, rotation_planes, sh_rest_planes = (
-        planes
-    )
+    (
+        position_planes,
+        color_planes,
+        opacity_planes,
+        log_scale_planes,
+        rotation_planes,
+        sh_rest_planes,
+    ) = planes
     codes = gaussians.codes
     keys = code_ascending(position_planes, "keys", keys)
     sh_dc = _code_colors(color_planes, "SH DC", codes[SH_DC])
     opacity = _code_rows(opacity_planes, "opacity", codes[OPACITY])
-    scales = _code_rows(scale_planes, "log-scales", codes[LOG_SCALES])
+    log_scales = _code_rows(log_scale_planes, "log-scales", codes[LOG_SCALES])
     rotations = _code_rotations(rotation_planes, "rotations", gaussians.rotations)
     sh_rest = _code_sh_rest(sh_rest_planes, "SH rest", codes[SH_REST])
-    codes = np.concatenate([scales, opacity, sh_dc, sh_rest])
+    codes = np.concatenate([log_scales, opacity, sh_dc, sh_rest])
     return keys, Gaussians(gaussians.positions, rotations, codes)
 
 
@@ -182,11 +187,11 @@ def _code_births(planes: Planes, births: Births) -> Births:
     positions = _code_rows_in_one_context(planes, "births positions", births.newborn.positions)
     sh_dc = _code_colors(planes, "births SH DC", codes[SH_DC])
     opacity = _code_rows(planes, "births opacity", codes[OPACITY])
-    scales = _code_rows(planes, "births log-scales", _row_differences(codes[LOG_SCALES]))
-    scales = np.cumsum(scales, axis=0)
+    log_scales = _code_rows(planes, "births log-scales", _row_differences(codes[LOG_SCALES]))
+    log_scales = np.cumsum(log_scales, axis=0)
     rotations = _code_rotations(planes, "births rotations", births.newborn.rotations)
     sh_rest = _code_rows_in_one_context(planes, "births SH rest", codes[SH_REST])
-    codes = np.concatenate([scales, opacity, sh_dc, sh_rest])
+    codes = np.concatenate([log_scales, opacity, sh_dc, sh_rest])
     return Births(parents, Gaussians(positions, rotations, codes))
 
 
@@ -260,7 +265,7 @@ def _row_differences(rows: Int64) -> Int64:
     return np.diff(rows, axis=0, prepend=0)
 
 
-def _make_placeholder(code_planes: int, count: int) -> Gaussians:
+def _make_placeholder_gaussians(code_planes: int, count: int) -> Gaussians:
     """Return Gaussians whose values are all 0; a walk that decodes ignores the values."""
     rows = np.zeros((7 + code_planes, count), dtype=np.int64)
     return Gaussians(rows[:3], rows[3:7], rows[7:])

@@ -128,15 +128,20 @@ class _LevelCoder:
 
     def code_symbols(self, symbols: Int64) -> Int64:
         """Code the symbols `[c, a]` of the level's anchors."""
-        moving = np.flatnonzero(self._code_moves(np.bitwise_or.reduce(symbols, axis=0) != 0))
-        expected_moving, moving_values = self._expected_residuals(moving), symbols[:, moving]
-        is_nonzero = self._code_nonzero(expected_moving, moving_values)
-        moving_symbols = np.zeros_like(moving_values)
-        moving_symbols[is_nonzero] = self._code_signs_and_magnitudes(
-            expected_moving[is_nonzero], moving_values[is_nonzero]
+        moving_anchors = np.flatnonzero(
+            self._code_moves(np.bitwise_or.reduce(symbols, axis=0) != 0)
+        )
+        expected_residuals, moving_symbols = (
+            self._expected_residuals(moving_anchors),
+            symbols[:, moving_anchors],
+        )
+        is_nonzero = self._code_nonzero(expected_residuals, moving_symbols)
+        coded_moving_symbols = np.zeros_like(moving_symbols)
+        coded_moving_symbols[is_nonzero] = self._code_signs_and_magnitudes(
+            expected_residuals[is_nonzero], moving_symbols[is_nonzero]
         )
         coded = np.zeros(symbols.shape, dtype=np.int64)
-        coded[:, moving] = moving_symbols
+        coded[:, moving_anchors] = coded_moving_symbols
         return coded
 
     def _expected_residuals(self, anchors: Int64) -> Int64:
@@ -144,51 +149,51 @@ class _LevelCoder:
         parents = self._context.parents[anchors]
         return self._context.previous_motion[:, anchors] - self._coarser.sums[:, parents]
 
-    def _code_moves(self, moving: Bits) -> Bits:
+    def _code_moves(self, is_moving: Bits) -> Bits:
         """Code which anchors `[a]` move; anchors without expected motion share context 0."""
-        has_coarser_motion = (
+        coarser_motion_bits = (
             np.bitwise_or.reduce(self._coarser.sums, axis=0) | self._coarser.magnitudes
         )
-        parents_moving = has_coarser_motion[self._context.parents]
+        parent_motion_bits = coarser_motion_bits[self._context.parents]
         anchors_with_context = np.flatnonzero(
-            np.bitwise_or.reduce(self._context.previous_motion, axis=0) | parents_moving
+            np.bitwise_or.reduce(self._context.previous_motion, axis=0) | parent_motion_bits
         )
         parent_magnitudes = self._coarser.magnitudes[self._context.parents[anchors_with_context]]
         expected_magnitudes = np.abs(self._expected_residuals(anchors_with_context)).sum(axis=0)
-        contexts = np.zeros(moving.size, dtype=np.int64)
+        contexts = np.zeros(is_moving.size, dtype=np.int64)
         contexts[anchors_with_context] = _EXPECTED_CLASSES.count * _PARENT_CLASSES.classify(
             parent_magnitudes
         )
         contexts[anchors_with_context] += _EXPECTED_CLASSES.classify(expected_magnitudes)
-        return self._planes.code(f"{self._name}, moves", contexts, moving)
+        return self._planes.code(f"{self._name}, moves", contexts, is_moving)
 
-    def _code_nonzero(self, expected: Int64, values: Int64) -> Bits:
-        """Code which symbols are nonzero; the contexts count the nonzero symbols coded before."""
-        is_nonzero = np.zeros(values.shape, dtype=np.bool_)
-        nonzero_counts = np.zeros(values.shape[1], dtype=np.int64)
-        for channel, component in enumerate(_name_channels(values.shape[0])):
-            expected_magnitude = np.minimum(np.abs(expected[channel]), _MAX_CONTEXT_VALUE)
-            contexts = (_MAX_CONTEXT_VALUE + 1) * expected_magnitude + np.minimum(
+    def _code_nonzero(self, expected_residuals: Int64, symbols: Int64) -> Bits:
+        """Code which symbols are nonzero; contexts depend on the channels coded before, too."""
+        is_nonzero = np.zeros(symbols.shape, dtype=np.bool_)
+        nonzero_counts = np.zeros(symbols.shape[1], dtype=np.int64)
+        for channel, component in enumerate(_name_channels(symbols.shape[0])):
+            clipped_magnitudes = np.minimum(np.abs(expected_residuals[channel]), _MAX_CONTEXT_VALUE)
+            contexts = (_MAX_CONTEXT_VALUE + 1) * clipped_magnitudes + np.minimum(
                 nonzero_counts, _MAX_CONTEXT_VALUE
             )
             model = f"{self._name}, {component} not 0"
-            is_nonzero[channel] = self._planes.code(model, contexts, values[channel] != 0)
+            is_nonzero[channel] = self._planes.code(model, contexts, symbols[channel] != 0)
             nonzero_counts += is_nonzero[channel]
         return is_nonzero
 
-    def _code_signs_and_magnitudes(self, expected: Int64, values: Int64) -> Int64:
+    def _code_signs_and_magnitudes(self, expected_residuals: Int64, symbols: Int64) -> Int64:
         """Code the signs, then the magnitudes, of nonzero symbols `[n]` in channel order."""
-        contexts = _SIGN_CONTEXTS.classify(expected)
-        negative = self._planes.code(f"{self._name}, sign", contexts, values < 0)
-        expected_along_sign = np.where(negative, -expected, expected)
-        magnitudes = np.ones_like(values)
-        remaining = np.arange(values.size)
+        contexts = _SIGN_CONTEXTS.classify(expected_residuals)
+        negative = self._planes.code(f"{self._name}, sign", contexts, symbols < 0)
+        residuals_along_sign = np.where(negative, -expected_residuals, expected_residuals)
+        magnitudes = np.ones_like(symbols)
+        remaining = np.arange(symbols.size)
         for plane in range(MAGNITUDE_PLANES):
-            contexts = _ALONG_SIGN_CLASSES.classify(expected_along_sign[remaining] - plane)
+            contexts = _ALONG_SIGN_CLASSES.classify(residuals_along_sign[remaining] - plane)
             contexts = contexts + _ALONG_SIGN_CLASSES.count * min(
                 plane, _LAST_PLANE_WITH_OWN_CONTEXTS
             )
-            is_larger = np.abs(values[remaining]) > plane + 1
+            is_larger = np.abs(symbols[remaining]) > plane + 1
             remaining = remaining[
                 self._planes.code(f"{self._name}, magnitude", contexts, is_larger)
             ]

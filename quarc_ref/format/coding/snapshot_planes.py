@@ -12,7 +12,11 @@ import numpy as np
 from quarc_ref.format.arithmetic import bit_length
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.coding.contexts import ContextCounts
-from quarc_ref.format.coding.gaussian_planes import read_newborn, sort_canonical, write_canonical
+from quarc_ref.format.coding.gaussian_planes import (
+    read_newborn_gaussians,
+    sort_canonical,
+    write_canonical,
+)
 from quarc_ref.format.coding.planes import PlaneReader, Planes, PlaneWriter
 from quarc_ref.format.coding.values import code_fixed, code_signed
 from quarc_ref.format.constants import (
@@ -135,7 +139,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     reader.finish()
     survivors = _add_differences(canonical, survivor_indices, rows)
     code_planes = canonical.codes.shape[0]
-    newborn = read_newborn(chunk, code_planes)
+    newborn = read_newborn_gaussians(chunk, code_planes)
     gaussians = _concatenate(survivors, newborn)
     canonical_indices = np.concatenate(
         [survivor_indices, np.full(newborn.count, -1, dtype=np.int64)]
@@ -175,9 +179,9 @@ def _code_survivors(planes: Planes, lives: Bits, rows: Int64) -> tuple[Int64, In
             steps = _code_rows(planes, field, np.diff(values, axis=1, prepend=0))
             coded[field, changed] = np.cumsum(steps, axis=1)
         elif name == "rotation":
-            zeros = np.zeros(changed.size, dtype=np.int64)
+            zero_contexts = np.zeros(changed.size, dtype=np.int64)
             largest_indices = code_fixed(
-                planes, "survivors, index", zeros, ROTATION_INDEX_BITS, values[0]
+                planes, "survivors, index", zero_contexts, ROTATION_INDEX_BITS, values[0]
             )
             components = slice(field.start + 1, field.stop)
             coded[components, changed] = _code_rows(planes, components, values[1:])

@@ -85,9 +85,9 @@ def read_updates(
     """
     count = context.recency.size
     reader = PlaneReader(section, counts)
-    placeholder = np.zeros(count, dtype=np.bool_)
+    placeholder_bits = np.zeros(count, dtype=np.bool_)
     residuals = np.broadcast_to(np.int64(0), (RESIDUAL_ROWS, count))
-    updates = _code_updates(reader, context, placeholder, placeholder, residuals)
+    updates = _code_updates(reader, context, placeholder_bits, placeholder_bits, residuals)
     return updates, reader.finish()
 
 
@@ -97,11 +97,13 @@ def _code_updates(
     """Code the planes of `changes` `[N]`, `dies` `[N]` and `residuals` `[RESIDUAL_ROWS, N]`."""
     changes = planes.code("updates, changes", _change_contexts(context), changes)
     changed = np.flatnonzero(changes)
-    dying = planes.code("updates, dies", context.recency[changed].astype(np.int64), dies[changed])
+    is_dying = planes.code(
+        "updates, dies", context.recency[changed].astype(np.int64), dies[changed]
+    )
     coded = np.zeros((RESIDUAL_ROWS, changed.size), dtype=np.int64)
-    surviving = np.flatnonzero(~dying)
+    surviving = np.flatnonzero(~is_dying)
     coded[:, surviving] = _code_fields(planes, residuals[:, changed[surviving]])
-    return Updates(changed, dying, coded)
+    return Updates(changed, is_dying, coded)
 
 
 def _change_contexts(context: UpdateContext) -> Int64:

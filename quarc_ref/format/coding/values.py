@@ -86,14 +86,14 @@ def _code_mantissas(
     """Code the bits below each number's leading 1; only the first two have contexts."""
     mantissas = np.minimum(classes, 1)
     for depth in range(int(classes.max(initial=1)) - 1):
-        with_bit = np.flatnonzero(classes > depth + 1)
-        bits = _get_bits(values[with_bit], classes[with_bit] - 2 - depth)
+        indices = np.flatnonzero(classes > depth + 1)
+        bits = _get_bits(values[indices], classes[indices] - 2 - depth)
         if depth < MODELLED_BITS:
-            prefix_contexts = (contexts[with_bit] << MODELLED_BITS) + mantissas[with_bit]
+            prefix_contexts = (contexts[indices] << MODELLED_BITS) + mantissas[indices]
             bits = planes.code(f"{name}, mantissa", prefix_contexts, bits)
         else:
             bits = planes.code_raw(bits)
-        mantissas[with_bit] = 2 * mantissas[with_bit] + bits
+        mantissas[indices] = 2 * mantissas[indices] + bits
     return mantissas
 
 
