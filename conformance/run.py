@@ -32,8 +32,8 @@ def main() -> int:
     try:
         if options.write is not None:
             return write_streams(Suite.load(options.suite), options.write)
-        run = run_suite if options.encoder is None else run_scenes
-        report = run(options, limits)
+        run_cases = run_suite if options.encoder is None else run_scenes
+        report = run_cases(options, limits)
     except (SuiteError, StartError) as error:
         print(f"run.py: {error}", file=sys.stderr)
         return _EXIT_NOT_RUN

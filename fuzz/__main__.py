@@ -26,22 +26,22 @@ _CORPUS_ROOT = Path("out/fuzz")
 
 def main() -> None:
     """Fuzz a target until an input fails or a limit of libFuzzer is reached."""
-    name = sys.argv[1] if len(sys.argv) > 1 else ""
-    if name not in TARGETS:
+    target = sys.argv[1] if len(sys.argv) > 1 else ""
+    if target not in TARGETS:
         sys.exit(f"{__doc__}\nTargets: {', '.join(TARGETS)}")
     arguments = [sys.argv[0], *sys.argv[2:]]
     if not any(Path(word).is_file() for word in sys.argv[2:]):
-        arguments.append(str(_prepare_corpus(name)))
-    mutators = {"custom_mutator": _mutate_stream} if name in ("container", "streams") else {}
-    atheris.Setup(arguments, TARGETS[name], **mutators)
+        arguments.append(str(_prepare_corpus(target)))
+    mutators = {"custom_mutator": _mutate_stream} if target in ("container", "streams") else {}
+    atheris.Setup(arguments, TARGETS[target], **mutators)
     atheris.Fuzz()
 
 
-def _prepare_corpus(name: str) -> Path:
+def _prepare_corpus(target: str) -> Path:
     """Return the folder with the corpus of a target, including the seeds."""
-    folder = _CORPUS_ROOT / name
+    folder = _CORPUS_ROOT / target
     folder.mkdir(parents=True, exist_ok=True)
-    for number, seed in enumerate(list_seeds(name)):
+    for number, seed in enumerate(list_seeds(target)):
         (folder / f"seed_{number}").write_bytes(seed)
     return folder
 

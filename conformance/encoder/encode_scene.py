@@ -1,4 +1,4 @@
-"""Wraps the reference encoder in the interface of the runner: `encode_scene.py SCENE OUTPUT`.
+"""Makes the reference encoder testable by conformance/run.py: `encode_scene.py SCENE OUTPUT`.
 
 The Gaussians come from the scene file instead of from training. Quantization, entropy coding and
 the closed loop are those of quarc_ref.
@@ -29,23 +29,23 @@ def main() -> int:
     scene = json.loads(Path(sys.argv[1]).read_text("utf-8"))
     header = StreamHeader(**scene["header"])
     with Path(sys.argv[2]).open("wb") as sink:
-        loop = ClosedLoop(sink, header, (), {})
+        closed_loop = ClosedLoop(sink, header, (), {})
         _print_digest(
-            loop.commit_canonical(
+            closed_loop.commit_canonical(
                 quantize_gaussians(_make_attributes(scene["canonical"]), header), 0
             )
         )
         for frame in scene["frames"]:
-            frame_start = loop.start_frame(0)
-            moved_frame = loop.move_frame(
+            frame_start = closed_loop.start_frame(0)
+            moved_frame = closed_loop.move_frame(
                 frame_start, _make_shift_symbols(frame_start.state, frame.get("shift", (0, 0, 0)))
             )
             _print_digest(
-                loop.commit_frame(
+                closed_loop.commit_frame(
                     moved_frame, _make_births(moved_frame.state, frame.get("births", []))
                 )
             )
-        loop.finish()
+        closed_loop.finish()
     print(json.dumps({"level": header.level, "bounds": _compute_bounds(header)}))
     return 0
 

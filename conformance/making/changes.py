@@ -71,7 +71,7 @@ class Change:
     """The content of a FRAM chunk.
 
     Attributes:
-        choose_symbols: Function that returns the symbols of an anchor.
+        choose_symbols: Function that returns the symbols of an anchor, given its level and index.
         births: The births, in ascending order of their parents.
         death_count: Number of Gaussians that die.
         previous_contexts: 1 if contexts depend on the motion of the previous frame, otherwise 0.

@@ -53,10 +53,10 @@ def make_coverage_page(vectors: Iterable[Vector], units: Iterable[Unit]) -> byte
 def _check_clauses(
     vectors_by_clause: dict[str, list[str]], clauses: Sequence[Clause], sections: set[str]
 ) -> None:
-    numbers = {clause.number for clause in clauses}
-    unknown = set(vectors_by_clause) - numbers - sections
-    untested = numbers - set(vectors_by_clause) - UNTESTED_REASONS.keys()
-    unneeded_reasons = set(UNTESTED_REASONS) - numbers
+    clause_numbers = {clause.number for clause in clauses}
+    unknown = set(vectors_by_clause) - clause_numbers - sections
+    untested = clause_numbers - set(vectors_by_clause) - UNTESTED_REASONS.keys()
+    unneeded_reasons = set(UNTESTED_REASONS) - clause_numbers
     if unknown or untested or unneeded_reasons:
         message = (
             f"unknown clauses: {sorted(unknown)}; clauses without a vector or a reason: "
@@ -67,8 +67,8 @@ def _check_clauses(
 
 def _format_row(clause: Clause, vectors: list[str]) -> str:
     text = " ".join(clause.text.lstrip("- ").split()).removesuffix(" [").replace("|", "\\|")
-    tests = _format_names(vectors) or UNTESTED_REASONS[clause.number]
-    return f"| {clause.number} | {text} | {tests} |"
+    vectors_or_reason = _format_names(vectors) or UNTESTED_REASONS[clause.number]
+    return f"| {clause.number} | {text} | {vectors_or_reason} |"
 
 
 def _format_names(vectors: list[str]) -> str:

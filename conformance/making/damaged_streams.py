@@ -94,12 +94,12 @@ def _make_all_flip_vectors(parent: ValidStream) -> list[Vector]:
 def make_flip_vectors(parent: ValidStream, chunk_index: int, name: str) -> list[Vector]:
     """Return two streams with one flipped bit: in the header of a chunk, and in its payload."""
     vectors, kind = [], parent.stream.chunks[chunk_index].kind.decode()
-    length = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
-    header_byte, payload_byte = (
+    chunk_size = parent.layout.offsets[chunk_index + 1] - parent.layout.offsets[chunk_index]
+    header_byte_index, payload_byte_index = (
         hash_numbers(chunk_index, 1) % 20,
-        20 + hash_numbers(chunk_index, 2) % (length - 20),
+        20 + hash_numbers(chunk_index, 2) % (chunk_size - 20),
     )
-    for part, byte_index in (("header", header_byte), ("payload", payload_byte)):
+    for part, byte_index in (("header", header_byte_index), ("payload", payload_byte_index)):
         reject_ids = (
             ("payload-crc",)
             if byte_index >= 20

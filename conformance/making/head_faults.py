@@ -60,7 +60,7 @@ def _make_head_payload_faults(parent: ValidStream) -> Iterable[Vector]:
 
 
 def _list_version_faults(head: bytes) -> Iterable[HeadCase]:
-    with_version_2, reject_id, parse_clauses = (
+    with_version_2, reject_id, parsing_clauses = (
         b"\2\0" + head[2:],
         "unsupported-version",
         "12-1 5.3-1",
@@ -73,21 +73,21 @@ def _list_version_faults(head: bytes) -> Iterable[HeadCase]:
         "version-2-longer",
         with_version_2 + bytes(20),
         reject_id,
-        parse_clauses,
+        parsing_clauses,
         "version 2.0, with a longer HEAD",
     )
     yield (
         "version-2-other-fields",
         other_fields,
         reject_id,
-        parse_clauses,
+        parsing_clauses,
         "version 2.0, with different fields",
     )
 
 
 def _list_feature_faults(head: bytes) -> Iterable[HeadCase]:
     with_bit_0, with_bit_31 = head[:2] + b"\1" + head[3:], head[:5] + b"\x80" + head[6:]
-    reject_id, parse_clauses = "unsupported-feature", "12-2 5.3-1"
+    reject_id, parsing_clauses = "unsupported-feature", "12-2 5.3-1"
     with_other_level = with_bit_0[:10] + b"\x63" + with_bit_0[11:]
     yield "feature", with_bit_0, reject_id, "12-2", "bit 0 of incompatible_features is set"
     yield "feature-31", with_bit_31, reject_id, "12-2", "bit 31 of incompatible_features is set"
@@ -95,14 +95,14 @@ def _list_feature_faults(head: bytes) -> Iterable[HeadCase]:
         "feature-longer",
         with_bit_0 + b"\1",
         reject_id,
-        parse_clauses,
+        parsing_clauses,
         "an unknown feature and an additional field",
     )
     yield (
         "feature-other-level",
         with_other_level,
         reject_id,
-        parse_clauses,
+        parsing_clauses,
         "an unknown feature and level 99",
     )
 

@@ -97,7 +97,7 @@ def _append_death_and_birth(stream: Stream) -> Stream:
     gaussians = [*previous.gaussians[1:], newborn]
     state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=newborn.id + 1)
     crc = zlib.crc32(state.serialize(codes=False))
-    stream.chunk_indices.append(len(stream.chunks))
+    stream.frame_chunk_indices.append(len(stream.chunks))
     stream.chunks.append(Chunk(b"FRAM", Frame(1, 0, 1, 1, (), (), crc).pack()))
     stream.states.append(state)
     return stream
@@ -120,7 +120,7 @@ def _append_update_and_birth(stream: Stream) -> Stream:
     gaussians = [*previous.gaussians[1:], newborn]
     state = replace(previous, frame=1, phase=1, gaussians=gaussians, next_id=gaussian_count + 1)
     crc = zlib.crc32(state.serialize(codes=False))
-    stream.chunk_indices.append(len(stream.chunks))
+    stream.frame_chunk_indices.append(len(stream.chunks))
     frame = Frame(1, 0, 0, 1, (), (), crc, tuple(section.written_words))
     stream.chunks.append(Chunk(b"FRAM", frame.pack()))
     stream.states.append(state)
@@ -141,8 +141,10 @@ def make_large_payload_vectors(levels: list[ValidStream]) -> list[Vector]:
             chunks = parent.stream.insert_chunks(Chunk(b"note", bytes(size + extra_bytes)), index=1)
             frames = [] if reject_ids else parent.frames
             name = f"levels/{level}-payload" + ("-beyond" if extra_bytes else "")
-            amount = "one more than" if extra_bytes else "the most that"
-            note = f"an ancillary payload of {size + extra_bytes} bytes, {amount} the level allows"
+            comparison = "one more than" if extra_bytes else "the most that"
+            note = (
+                f"an ancillary payload of {size + extra_bytes} bytes, {comparison} the level allows"
+            )
             clauses = "3.2-4 5.2-6 5.2-10"
             vector = make_patched_vector(
                 parent, name, clauses, chunks, Outcome(frames, reject_ids), note

@@ -104,9 +104,9 @@ def _make_vector_with_two_rejections(parent: ValidStream) -> Vector:
     """Return a stream with two invalid CANO chunks; recovery also fails at the second."""
     chunks = list(parent.stream.chunks)
     for frame in (3, 6):
-        payload = parent.stream.payloads[frame]
+        payload = parent.stream.frame_payloads[frame]
         wrong_payload = replace(payload, state_crc=payload.state_crc ^ 1)
-        chunk_index = parent.stream.chunk_indices[frame]
+        chunk_index = parent.stream.frame_chunk_indices[frame]
         chunks[chunk_index] = replace(chunks[chunk_index], payload=wrong_payload.pack())
     layout = assemble(chunks)
     offsets = layout.offsets

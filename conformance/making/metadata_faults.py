@@ -19,7 +19,7 @@ _CAMERA_FIELDS = {
     "camera-near": (78, _ZERO_U32, "near is 0"),
 }
 """Offset of a field in a camera with a name of four bytes, its wrong value, and a description."""
-Fault = tuple[str, bytes, str, str, str]
+MetadataFault = tuple[str, bytes, str, str, str]
 """Name, payload, reject id, clauses and description."""
 
 
@@ -32,7 +32,7 @@ def make_metadata_faults(parent: ValidStream) -> list[Vector]:
 
 
 def _make_faults_at(
-    parent: ValidStream, chunk_index: int, frame_count: int, faults: Iterable[Fault]
+    parent: ValidStream, chunk_index: int, frame_count: int, faults: Iterable[MetadataFault]
 ) -> Iterable[Vector]:
     for name, payload, reject_id, clauses, note in faults:
         chunks = parent.stream.replace_chunk(chunk_index, payload=payload)
@@ -41,7 +41,7 @@ def _make_faults_at(
         yield replace(vector, needs="metadata")
 
 
-def _list_camera_faults() -> Iterable[Fault]:
+def _list_camera_faults() -> Iterable[MetadataFault]:
     valid_camera = pack_camera()
     for name, (offset, value, note) in _CAMERA_FIELDS.items():
         camera = valid_camera[:offset] + value + valid_camera[offset + len(value) :]
@@ -59,7 +59,7 @@ def _list_camera_faults() -> Iterable[Fault]:
     yield "camera-longer", cameras + b"\0", "trailing-data", "5-2", "a byte after the last camera"
 
 
-def _list_entry_faults() -> Iterable[Fault]:
+def _list_entry_faults() -> Iterable[MetadataFault]:
     overlong, surrogate = _pack_entry(b"title", b"\xc0\xaf"), _pack_entry(b"title", b"\xed\xa0\x80")
     valid_entry, with_bad_key = _pack_entry(b"title", b"abc"), _pack_entry(b"\xff", b"")
     huge_entry, note = b"\1\0\1t" + _MAX_U32, "a value that extends beyond the payload"

@@ -74,7 +74,7 @@ def make_payload_faults(parent: ValidStream) -> list[Vector]:
 
 
 def _list_frame_faults(parent: ValidStream) -> Iterable[FaultRow]:
-    frame, chunk_index = parent.stream.payloads[FRAM_ORDINAL], FRAM_CHUNK_INDEX
+    frame, chunk_index = parent.stream.frame_payloads[FRAM_ORDINAL], FRAM_CHUNK_INDEX
     assert isinstance(frame, Frame)
     payload, too_many_words = frame.pack(), len(frame.motion) + len(frame.births) + 3
     with_wrong_flag = replace_frame_fields(parent, FRAM_ORDINAL, previous_contexts=2)
@@ -95,7 +95,7 @@ def _list_frame_faults(parent: ValidStream) -> Iterable[FaultRow]:
 
 
 def _list_canonical_faults(parent: ValidStream) -> Iterable[FaultRow]:
-    canonical, chunk_index = parent.stream.payloads[3], CANO_CHUNK_INDEX
+    canonical, chunk_index = parent.stream.frame_payloads[3], CANO_CHUNK_INDEX
     assert isinstance(canonical, Canonical)
     with_wide_axis = replace_frame_fields(parent, 3, axis_bits=21)
     yield "canonical-axis-bits", "5-3", "field", with_wide_axis, "axis_bits is 21"

@@ -88,7 +88,7 @@ def make_update_planes(gaussian_count: int, updates: Sequence[Update]) -> list[B
     updated_indices = {update.gaussian_index for update in updates}
     changing_updates = [update for update in updates if update.residuals is not None]
     field_masks = [
-        _make_field_mask(update.residuals, update.field_mask, _UPDATE_FIELDS)
+        _make_field_mask(update.residuals, update.field_mask, _UPDATE_FIELD_RANGES)
         for update in changing_updates
     ]
     planes = [
@@ -96,10 +96,10 @@ def make_update_planes(gaussian_count: int, updates: Sequence[Update]) -> list[B
         [int(update.residuals is None) for update in updates],
         *(
             [field_mask >> field_number & 1 for field_mask in field_masks]
-            for field_number in range(len(_UPDATE_FIELDS))
+            for field_number in range(len(_UPDATE_FIELD_RANGES))
         ),
     ]
-    for field_number, rows in enumerate(_UPDATE_FIELDS):
+    for field_number, rows in enumerate(_UPDATE_FIELD_RANGES):
         updates_with_field = [
             u
             for u, field_mask in zip(changing_updates, field_masks, strict=True)
@@ -116,7 +116,7 @@ def make_survivor_planes(canonical_count: int, survivors: Sequence[Survivor]) ->
     """Return the planes of the survivors of a CANO with `canonical_count` Gaussians (SPEC 8.9)."""
     survivor_indices = {survivor.index for survivor in survivors}
     field_masks = [
-        _make_field_mask(s.differences, s.field_mask, _SURVIVOR_FIELDS) for s in survivors
+        _make_field_mask(s.differences, s.field_mask, _SURVIVOR_FIELD_RANGES) for s in survivors
     ]
     planes = [
         [int(i in survivor_indices) for i in range(canonical_count)],
@@ -125,7 +125,7 @@ def make_survivor_planes(canonical_count: int, survivors: Sequence[Survivor]) ->
             for field_number in range(5)
         ),
     ]
-    for field_number, rows in enumerate(_SURVIVOR_FIELDS):
+    for field_number, rows in enumerate(_SURVIVOR_FIELD_RANGES):
         survivors_with_field = [
             s for s, mask in zip(survivors, field_masks, strict=True) if mask >> field_number & 1
         ]
@@ -141,10 +141,10 @@ def make_survivor_planes(canonical_count: int, survivors: Sequence[Survivor]) ->
     return planes
 
 
-_UPDATE_FIELDS = (range(3), range(3, 6), range(6, 9), range(9, 10), range(10, 13))
+_UPDATE_FIELD_RANGES = (range(3), range(3, 6), range(6, 9), range(9, 10), range(10, 13))
 
 
-_SURVIVOR_FIELDS = (range(3), range(3, 7), range(7, 10), range(10, 11), range(11, 14))
+_SURVIVOR_FIELD_RANGES = (range(3), range(3, 7), range(7, 10), range(10, 11), range(11, 14))
 
 
 def _make_field_mask(

@@ -82,16 +82,16 @@ def choose_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int
 
 
 def fill_fields(
-    fields: Mapping[str, range], values_by_field: Mapping[str, tuple[int, ...] | int]
+    field_ranges: Mapping[str, range], values_by_field: Mapping[str, tuple[int, ...] | int]
 ) -> tuple[int, ...]:
     """Return the numbers of all fields in order; fields that are not given are 0.
 
     Args:
-        fields: Range of the indices of each field, by name.
+        field_ranges: Range of the indices of each field, by name.
         values_by_field: Numbers of each given field, by the field's name with `_` in place of `-`.
     """
-    numbers = [0] * max(field.stop for field in fields.values())
+    numbers = [0] * max(field.stop for field in field_ranges.values())
     for name, values in values_by_field.items():
-        field = fields[name.replace("_", "-")]
+        field = field_ranges[name.replace("_", "-")]
         numbers[field.start : field.stop] = [values] if isinstance(values, int) else values
     return tuple(numbers)

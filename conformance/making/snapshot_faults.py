@@ -46,7 +46,7 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
 
 
 def _get_snapshot(parent: ValidStream) -> Snapshot:
-    payload = parent.stream.payloads[_SNAP_ORDINAL]
+    payload = parent.stream.frame_payloads[_SNAP_ORDINAL]
     assert isinstance(payload, Snapshot)
     return payload
 

@@ -7,7 +7,7 @@ from making.changes import Survivor
 from making.payloads import Head
 from making.scenes import fill_fields, hash_numbers, pick_between
 
-FIELDS = {
+FIELD_RANGES = {
     "position": range(3),
     "rotation": range(3, 7),
     "log-scales": range(7, 10),
@@ -25,7 +25,7 @@ def make_snapshot_head(**fields: int) -> Head:
 
 def make_differences(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
     """Return all 14 differences; the differences of fields that are not given are 0."""
-    return fill_fields(FIELDS, values_by_field)
+    return fill_fields(FIELD_RANGES, values_by_field)
 
 
 def make_random_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Survivor, ...]:
@@ -36,7 +36,7 @@ def make_random_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Surviv
 def _make_random_survivor(i: int, seed: int) -> Survivor:
     rows = [pick_between(-5, 5, seed, i, 2, row) for row in range(14)]
     rows[3] = 0
-    for number, field in enumerate(FIELDS.values()):
+    for number, field in enumerate(FIELD_RANGES.values()):
         if hash_numbers(seed, i, 3, number) % 2:
             rows[field.start : field.stop] = [0] * len(field)
     return Survivor(i, tuple(rows))

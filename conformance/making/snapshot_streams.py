@@ -12,7 +12,7 @@ from making.scenes import (
     pick_between,
 )
 from making.snapshot_scenes import (
-    FIELDS,
+    FIELD_RANGES,
     REQUIRED_CAPABILITY,
     make_differences,
     make_random_survivors,
@@ -81,7 +81,7 @@ def _append_frames(stream: Stream, frame_count: int = 3) -> Stream:
 
 def _make_field_streams() -> list[ValidStream]:
     streams = []
-    for number, (name, rows) in enumerate(FIELDS.items()):
+    for number, (name, rows) in enumerate(FIELD_RANGES.items()):
         stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(10, 30 + number))
         survivors = []
         for i in range(10):
@@ -232,8 +232,8 @@ def _make_plane_streams() -> list[ValidStream]:
     )
     masked_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(9, 92))
     masked_stream.add_snapshot(Survivor(i, field_mask=31 - i) for i in range(9))
-    roomy_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(4, 93))
-    roomy_stream.add_snapshot(
+    large_box_stream = Stream(make_snapshot_head()).add_canonical(0, make_cloud(4, 93))
+    large_box_stream.add_snapshot(
         make_unchanged_survivors([1]), make_cloud(3, 94), origin=(-90, -80, -70), axis_bits=19
     )
     return [
@@ -250,7 +250,7 @@ def _make_plane_streams() -> list[ValidStream]:
             "roomy-box",
             "axis_bits and the distance to the origin are larger than needed",
             "8.5-1",
-            _append_frames(roomy_stream),
+            _append_frames(large_box_stream),
         ),
     ]
 

@@ -140,7 +140,7 @@ def _list_wrong_codes(
 
 
 def _list_crc_faults(parent: ValidStream) -> Iterable[FaultRow]:
-    state, frame = parent.stream.states[FRAM_ORDINAL], parent.stream.payloads[FRAM_ORDINAL]
+    state, frame = parent.stream.states[FRAM_ORDINAL], parent.stream.frame_payloads[FRAM_ORDINAL]
     assert state is not None
     crcs = {
         "state-crc": (frame.state_crc ^ 1, "9.2-1 9.2-2", "one bit of the state CRC is flipped"),

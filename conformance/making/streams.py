@@ -113,14 +113,15 @@ class Stream:
         head: Fields of HEAD.
         chunks: Chunks that have been added.
         states: State after each frame; None if the frame violates a clause.
-        chunk_indices: Index of the chunk of each frame.
+        frame_chunk_indices: Index of the chunk of each frame.
+        frame_payloads: Fields of the payload of each frame.
     """
 
     head: Head
     chunks: list[Chunk] = field(default_factory=list)
     states: list[PlainState | None] = field(default_factory=list)
-    chunk_indices: list[int] = field(default_factory=list)
-    payloads: list[Canonical | Snapshot | Frame] = field(default_factory=list)
+    frame_chunk_indices: list[int] = field(default_factory=list)
+    frame_payloads: list[Canonical | Snapshot | Frame] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.add_chunk(b"HEAD", self.head.pack())
@@ -182,8 +183,8 @@ class Stream:
 
     def replace_frame_fields(self, frame_index: int, **fields: Any) -> list[Chunk]:
         """Return the chunks, with some fields of a frame's payload replaced."""
-        payload = replace(self.payloads[frame_index], **fields).pack()
-        return self.replace_chunk(self.chunk_indices[frame_index], payload=payload)
+        payload = replace(self.frame_payloads[frame_index], **fields).pack()
+        return self.replace_chunk(self.frame_chunk_indices[frame_index], payload=payload)
 
     def replace_chunk(self, index: int, **fields: Any) -> list[Chunk]:
         """Return the chunks, with some fields of the chunk at `index` replaced."""
@@ -208,9 +209,9 @@ class Stream:
     def _append(
         self, kind: bytes, payload: Canonical | Snapshot | Frame, state: PlainState | None
     ) -> "Stream":
-        self.chunk_indices.append(len(self.chunks))
+        self.frame_chunk_indices.append(len(self.chunks))
         self.chunks.append(Chunk(kind, payload.pack()))
-        self.payloads.append(payload)
+        self.frame_payloads.append(payload)
         self.states.append(state)
         return self
 

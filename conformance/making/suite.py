@@ -89,14 +89,14 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
     """Return streams with a frame beyond the limits of its level or the largest ordinal."""
     from making.streams import Chunk
 
-    last_ordinals, full_level = (
+    last_ordinals, full_stream = (
         streams_by_name["streams/last-ordinals"],
         streams_by_name["levels/10-gaussians"],
     )
     next_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 0, 0, 0) + bytes(4))
     birth_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 1, 0, 0) + bytes(4))
-    next_chunk_index = last_ordinals.stream.chunk_indices[-1] + 1
-    birth_chunk_index = full_level.stream.chunk_indices[-1] + 1
+    next_chunk_index = last_ordinals.stream.frame_chunk_indices[-1] + 1
+    birth_chunk_index = full_stream.stream.frame_chunk_indices[-1] + 1
     return [
         make_patched_vector(
             last_ordinals,
@@ -107,11 +107,11 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
             "a frame after the frame with ordinal 2^32 - 1",
         ),
         make_patched_vector(
-            full_level,
+            full_stream,
             "invalid/birth-beyond-level",
             "3.2-2",
-            full_level.stream.insert_chunks(birth_frame, index=birth_chunk_index),
-            Outcome(full_level.frames, ("count-exceeds-level",)),
+            full_stream.stream.insert_chunks(birth_frame, index=birth_chunk_index),
+            Outcome(full_stream.frames, ("count-exceeds-level",)),
             "a birth although the level allows no more Gaussians",
         ),
     ]

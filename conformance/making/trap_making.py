@@ -1,4 +1,4 @@
-"""Makes vectors from the functions of traps, and motion that several traps share."""
+"""Turns trap functions into vectors, and makes the motion that several traps share."""
 
 from collections.abc import Callable, Iterable
 from typing import Any

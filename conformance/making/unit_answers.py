@@ -24,12 +24,12 @@ def make_units() -> list[Unit]:
 
 
 def _make_arithmetic_units() -> list[Unit]:
-    quotients = [
+    fractions = [
         (n, d)
         for d in (1, 2, 3, 4, 10, 1 << 22)
         for n in (-7, -6, -5, -3, -2, -1, 0, 1, 2, 3, 5, 6, 7)
     ]
-    quotients += [
+    fractions += [
         ((1 << 52) - 1, 1 << 30),
         (-(1 << 61) + 1, 3),
         (-6291456, 4194304),
@@ -48,7 +48,7 @@ def _make_arithmetic_units() -> list[Unit]:
             "divide_round",
             "the integer nearest to n / d; halves are rounded away from 0",
             "4.2",
-            [({"n": n, "d": d}, oracle.divide_round(n, d)) for n, d in quotients],
+            [({"n": n, "d": d}, oracle.divide_round(n, d)) for n, d in fractions],
         ),
         Unit(
             "isqrt",

@@ -117,7 +117,7 @@ def _list_state_faults(parent: ValidStream) -> Iterable[FaultRow]:
     chunks = make_chunks(*make_deleting_updates((0, 5)), births=make_births([0, count - 2], 40))
     note = "the index of a parent is valid only before updates delete Gaussians"
     yield "updates-parent", "7.6-1 7.8", "parent-range", chunks, note
-    frame = parent.stream.payloads[FRAM_ORDINAL]
+    frame = parent.stream.frame_payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     crcs = {
         "state-crc": (frame.state_crc ^ 1, "one bit of the state CRC is flipped"),
@@ -150,7 +150,7 @@ def _compute_crc_without_updates(parent: ValidStream) -> int:
 
 
 def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
-    frame = parent.stream.payloads[FRAM_ORDINAL]
+    frame = parent.stream.frame_payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     for code in (240, 255):
         # Without motion, the first plane has one context, as it does after a canonical frame.
@@ -194,7 +194,7 @@ def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
 
 
 def _list_layout_faults(parent: ValidStream) -> Iterable[FaultRow]:
-    frame = parent.stream.payloads[FRAM_ORDINAL]
+    frame = parent.stream.frame_payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     payload_with_updates, payload_without_updates = (
         frame.pack(),
@@ -237,7 +237,7 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[FaultRow]:
 
 
 def _list_faults_without_feature(journey: ValidStream) -> Iterable[FaultRow]:
-    frame = journey.stream.payloads[FRAM_ORDINAL]
+    frame = journey.stream.frame_payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     payload = replace(frame, updates=()).pack()
     chunks = journey.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=payload)

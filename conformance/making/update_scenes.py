@@ -7,7 +7,7 @@ from making.changes import Update
 from making.payloads import Head
 from making.scenes import fill_fields, hash_numbers, pick_between
 
-FIELDS = {
+FIELD_RANGES = {
     "translation": range(3),
     "rotation": range(3, 6),
     "log-scales": range(6, 9),
@@ -25,7 +25,7 @@ def make_update_head(**fields: int) -> Head:
 
 def make_residuals(**values_by_field: tuple[int, ...] | int) -> tuple[int, ...]:
     """Return all 13 residuals; the residuals of fields that are not given are 0."""
-    return fill_fields(FIELDS, values_by_field)
+    return fill_fields(FIELD_RANGES, values_by_field)
 
 
 def make_random_updates(
@@ -40,7 +40,7 @@ def _make_random_update(i: int, seed: int, updates_per_deletion: int) -> Update:
     if i and hash_numbers(seed, i, 1) % updates_per_deletion == 0:
         return Update(i, None)
     residuals = [pick_between(-5, 5, seed, i, 2, row) for row in range(13)]
-    for number, field in enumerate(FIELDS.values()):
+    for number, field in enumerate(FIELD_RANGES.values()):
         if hash_numbers(seed, i, 3, number) % 2:
             residuals[field.start : field.stop] = [0] * len(field)
     return Update(i, tuple(residuals))

@@ -13,7 +13,7 @@ from making.scenes import (
 )
 from making.streams import Stream
 from making.update_scenes import (
-    FIELDS,
+    FIELD_RANGES,
     REQUIRED_CAPABILITY,
     make_deleting_updates,
     make_equal_updates,
@@ -92,7 +92,7 @@ def _append_frames(stream: Stream, frame_count: int, seed: int) -> Stream:
 
 def _make_field_streams() -> list[ValidStream]:
     streams = []
-    for number, (name, rows) in enumerate(FIELDS.items()):
+    for number, (name, rows) in enumerate(FIELD_RANGES.items()):
         stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 30 + number))
         for frame in range(1, 4):
             random_rows = [

@@ -39,7 +39,7 @@ _WRONG_KEY_DIFFERENCES: tuple[tuple[str, str, list[int], str], ...] = (
 
 def list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
     """Yield frames with wrong words in the section of motion or births."""
-    frame = parent.stream.payloads[FRAM_ORDINAL]
+    frame = parent.stream.frame_payloads[FRAM_ORDINAL]
     assert isinstance(frame, Frame)
     for code, note in (
         (240, "a stated probability code of 240, the first undefined one"),
@@ -88,7 +88,7 @@ def list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
 
 def list_key_faults(parent: ValidStream) -> Iterable[FaultRow]:
     """Yield canonical frames with Morton keys outside their box."""
-    canonical = parent.stream.payloads[3]
+    canonical = parent.stream.frame_payloads[3]
     assert isinstance(canonical, Canonical)
     boxes = {
         "keys-beyond-box": (canonical.axis_bits - 1, "a position outside its box"),

@@ -72,8 +72,8 @@ class FrameDecoder:
         kind = "CANO" if "gaussian_count" in self.fields else "FRAM"
         kind = "SNAP" if "survivors" in self.fields else kind
         state = self.reconstruct_state(previous)
-        has_codes = state.phase % self.header["full_crc_interval"] == 0
-        crc = zlib.crc32(state.serialize(codes=has_codes))
+        covers_codes = state.phase % self.header["full_crc_interval"] == 0
+        crc = zlib.crc32(state.serialize(codes=covers_codes))
         assert crc == self.fields["state_crc"], "state-crc"
         return PlainFrame(kind, state, self.runs, self.notes, crc)
 

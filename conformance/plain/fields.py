@@ -1,6 +1,6 @@
 """Parses a stream with the syntax tables of SPEC 5, which are read from the text of SPEC.md.
 
-No layout is written in this code, so a mistake in a table leads to wrong fields.
+This code contains no layouts of its own, so a mistake in a table leads to wrong fields.
 """
 
 import re

@@ -1,6 +1,6 @@
 """Slow and simple versions of the normative functions, in plain Python integers.
 
-They were written from SPEC.md and share no code with quarc_ref, whose results must be equal.
+They were written from SPEC.md and share no code with quarc_ref, whose results must equal theirs.
 """
 
 from fractions import Fraction
@@ -24,7 +24,7 @@ def normalize(vector: list[int], guard_bits: int) -> list[int]:
 
 
 def multiply_quaternions(a: list[int], b: list[int]) -> list[int]:
-    """Return the Hamilton product of two quaternions, whose order is wxyz."""
+    """Return the Hamilton product of two quaternions in wxyz order."""
     (aw, ax, ay, az), (bw, bx, by, bz) = a, b
     return [
         aw * bw - ax * bx - ay * by - az * bz,
@@ -35,7 +35,7 @@ def multiply_quaternions(a: list[int], b: list[int]) -> list[int]:
 
 
 def rotate(rotation: list[int], sums: list[int]) -> list[int]:
-    """Return a rotation multiplied by the sums of its residuals; both are wxyz (SPEC 7.5)."""
+    """Return a rotation multiplied by the sums of its residuals, both in wxyz order (SPEC 7.5)."""
     residual = normalize(sums, 20)
     product = [divide_round(v, ROTATION_ONE) for v in multiply_quaternions(rotation, residual)]
     return normalize(product, 8)

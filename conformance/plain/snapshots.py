@@ -6,7 +6,7 @@ from plain.state import PlainCodedGaussian, Vector
 # The 14 differences of each surviving Gaussian, by its index in the CANO.
 Survivors = dict[int, Vector]
 
-_FIELDS = {
+_FIELD_RANGES = {
     "position": range(3),
     "rotation": range(3, 7),
     "log-scales": range(7, 10),
@@ -21,10 +21,10 @@ def read_survivors(section: PlainSection, canonical_count: int) -> Survivors:
     survivor_indices = [i for i, bit in enumerate(survival_bits) if bit]
     differences: list[Vector] = [[0] * 14 for _ in survivor_indices]
     field_masks = [0] * len(survivor_indices)
-    for number, name in enumerate(_FIELDS):
+    for number, name in enumerate(_FIELD_RANGES):
         bits = section.read_plane(f"survivors, {name}", "", field_masks)
         field_masks = [a + (bit << number) for a, bit in zip(field_masks, bits, strict=True)]
-    for number, (name, rows) in enumerate(_FIELDS.items()):
+    for number, (name, rows) in enumerate(_FIELD_RANGES.items()):
         changed = [d for d, a in zip(differences, field_masks, strict=True) if a >> number & 1]
         if name == "rotation":
             rotation_indices = read_fixed(section, "survivors, index", [0] * len(changed), 2)

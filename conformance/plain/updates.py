@@ -4,7 +4,7 @@ from plain import oracle
 from plain.planes import PlainSection, read_signed
 from plain.state import PlainGaussian, Vector
 
-_FIELDS = {
+_FIELD_RANGES = {
     "translation": range(3),
     "rotation": range(3, 6),
     "log-scales": range(6, 9),
@@ -27,10 +27,10 @@ def read_updates(section: PlainSection, gaussians: list[PlainGaussian]) -> Chang
     }
     remaining = [residuals for residuals in changes.values() if residuals is not None]
     field_masks = [0] * len(remaining)
-    for number, name in enumerate(_FIELDS):
+    for number, name in enumerate(_FIELD_RANGES):
         bits = section.read_plane(f"updates, {name}", "", field_masks)
         field_masks = [a + (bit << number) for a, bit in zip(field_masks, bits, strict=True)]
-    for number, rows in enumerate(_FIELDS.values()):
+    for number, rows in enumerate(_FIELD_RANGES.values()):
         field_residuals = [
             r for r, a in zip(remaining, field_masks, strict=True) if a >> number & 1
         ]

@@ -50,7 +50,7 @@ class CaseRunner:
             if case.mode == "grow":
                 return self._run_growing(case)
             return judge(
-                case, self._run_job(case) if self._supports_jobs else self._run_single(case)
+                case, self._run_job(case) if self._supports_jobs else self._run_in_new_process(case)
             )
         except FaultError as fault:
             self.close()
@@ -62,7 +62,7 @@ class CaseRunner:
             self._worker.kill()
             self._worker = None
 
-    def _run_single(self, case: Case) -> list[Line]:
+    def _run_in_new_process(self, case: Case) -> list[Line]:
         decoder = CodecProcess(self._command, self._limits)
         try:
             decoder.send(self._suite.read_stream(case.vector), last=True)
@@ -104,7 +104,7 @@ class CaseRunner:
             for chunk, is_frame in split_chunks(stream):
                 decoder.feed(chunk)
                 if is_frame:
-                    printed_lines.append(_next_line(lines, len(printed_lines)))
+                    printed_lines.append(_read_next_line(lines, len(printed_lines)))
             decoder.send(b"", last=True)
             printed_lines += list(lines)
             _check_status(decoder, printed_lines)
@@ -120,7 +120,7 @@ class CaseRunner:
         return judge(case, printed_lines)
 
 
-def _next_line(lines: Iterator[Line], number: int) -> Line:
+def _read_next_line(lines: Iterator[Line], number: int) -> Line:
     line = next(lines, None)
     if line is None:
         raise FaultError(CRASH, f"the decoder ended before frame {number}")

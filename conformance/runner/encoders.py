@@ -18,14 +18,13 @@ from runner.manifest import Suite
 from runner.process import CodecProcess, FaultError
 
 Line = dict[str, Any]
-Rows = list[tuple[float, ...]]
 LEVEL_LIMITS = {
     10: (65536, 4096, 1 << 22),
     20: (262144, 16384, 1 << 24),
     30: (1 << 20, 65536, 1 << 26),
 }
 _UNLIMITED_LEVEL = 31
-_LEVEL_OFFSET = 10
+_LEVEL_OFFSET_IN_HEAD = 10
 _FIELD_SIZES = {
     "position": 3,
     "rotation": 4,
@@ -102,8 +101,8 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
 
 def _judge_level(declared_level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
     """Check that the declared level and the level in HEAD are both the lowest sufficient level."""
-    chunks = [piece for piece, _ in split_chunks(stream)]
-    head_level = chunks[0][8 + 20 + _LEVEL_OFFSET]
+    chunks = [chunk for chunk, _ in split_chunks(stream)]
+    head_level = chunks[0][8 + 20 + _LEVEL_OFFSET_IN_HEAD]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
     birth_counts = [
         int.from_bytes(p[9:13], "little")

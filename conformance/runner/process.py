@@ -1,4 +1,4 @@
-"""Runs a decoder as a process; yields the lines that it prints, or raises a fault."""
+"""Runs a decoder as a process; yields the lines that it prints, or raises `FaultError`."""
 
 import json
 import queue
@@ -31,7 +31,7 @@ class FaultError(Exception):
 
 
 class StartError(Exception):
-    """A command cannot be started; this is a mistake of the user, not of the decoder."""
+    """A command cannot be started; this is the user's mistake, not a fault of the decoder."""
 
 
 class CodecProcess:

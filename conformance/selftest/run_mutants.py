@@ -42,7 +42,7 @@ sys.exit(main())
 
 @dataclass(frozen=True)
 class Outcome:
-    """The result of a mutant.
+    """The result of testing a mutant.
 
     Attributes:
         mutant: The tested mutant.
@@ -174,8 +174,8 @@ def main() -> int:
         for outcome in pool.map(try_next_mutant, mutants):
             print(describe_outcome(outcome), flush=True)
             outcomes.append(outcome)
-    text, is_as_expected = summarize_categories(outcomes)
-    print(text)
+    summary, is_as_expected = summarize_categories(outcomes)
+    print(summary)
     return 0 if is_as_expected else 1
 
 

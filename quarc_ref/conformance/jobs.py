@@ -1,7 +1,7 @@
 """Decodes many streams in one process: the jobs of conformance/RUNNER.md.
 
-A job is a line of JSON on standard input, which states how many bytes of a stream follow it. The
-answer consists of JSON lines; the last line has the key `done`.
+A job is a line of JSON on standard input, followed by as many bytes of a stream as the line states.
+The answer consists of JSON lines; the last line has the key `done`.
 """
 
 import hashlib
@@ -50,16 +50,16 @@ def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
 
 def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
     """Yield the answer to one job."""
-    kind = job["job"]
-    if kind == "decode":
+    job_kind = job["job"]
+    if job_kind == "decode":
         outputs = [key for key in _DEQUANTIZED_OUTPUTS if job.get(key)]
         yield from describe_stream(stream, job.get("start", 0), outputs)
-    elif kind == "recover":
+    elif job_kind == "recover":
         yield from _append_rejection(_describe_recovery(stream))
-    elif kind == "unit":
+    elif job_kind == "unit":
         yield from _append_rejection(answer_unit(job["function"], job["input"]))
     else:
-        yield {"unsupported": kind}
+        yield {"unsupported": job_kind}
 
 
 def describe_stream(
@@ -74,7 +74,7 @@ def describe_stream(
             for the values themselves.
     """
     scenes = decode(as_source(stream), start)
-    yield from _append_rejection(_describe(scene, outputs) for scene in scenes)
+    yield from _append_rejection(_describe_scene(scene, outputs) for scene in scenes)
 
 
 def _append_rejection(lines: Iterator[Line]) -> Iterator[Line]:
@@ -86,7 +86,7 @@ def _append_rejection(lines: Iterator[Line]) -> Iterator[Line]:
         yield {"declined": str(error)}
 
 
-def _describe(scene: Scene, outputs: Iterable[str] = ()) -> Line:
+def _describe_scene(scene: Scene, outputs: Iterable[str] = ()) -> Line:
     line = {"frame": scene.frame, "gaussians": scene.count, "sha256": compute_digest(scene)}
     return line | dict(_DEQUANTIZED_OUTPUTS[key](_serialize_numbers(scene)) for key in outputs)
 
@@ -97,7 +97,7 @@ def _describe_recovery(stream: bytes) -> Iterator[Line]:
             gap = {"offset": item.offset, "bytes": item.byte_count}
             yield {"gap": {**gap, "refused": item.reject_id, "frames_lost": item.frames_lost}}
         else:
-            yield _describe(item)
+            yield _describe_scene(item)
 
 
 def _serialize_numbers(scene: Scene) -> bytes:
