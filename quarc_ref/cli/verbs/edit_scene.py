@@ -104,7 +104,7 @@ def _write_edited(
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
     from quarc_ref.encoder.scenes.recolor import recolor
 
-    if requested_edit.is_exact and requested_edit.recoloring:
+    if requested_edit.changes_only_colors and requested_edit.recoloring:
         return recolor(source, sink, requested_edit.recoloring), None
     options = replace(SceneOptions(bounds=PROFILES[profile]), progress=progress)
     report = encode_edited(source, sink, requested_edit, options)

@@ -164,8 +164,8 @@ class _SumLevels(Function):
                     _to_array(gradient), followers.numpy(), starts.numpy(), anchor_gradients
                 )
             return torch.from_numpy(anchor_gradients), None, None, None
-        rows = gradient.index_select(0, followers)
-        sums = torch.segment_reduce(rows, "sum", offsets=starts, axis=0, unsafe=True)
+        follower_gradients = gradient.index_select(0, followers)
+        sums = torch.segment_reduce(follower_gradients, "sum", offsets=starts, axis=0, unsafe=True)
         return sums, None, None, None
 
 

@@ -218,10 +218,10 @@ class _Residuals:
         components = [torch.cat(component) for component in self._leaves_by_component]
         if settings.rate_model == "l1":
             return torch.cat(components, dim=1).abs().mean()
-        component_steps = [
+        components_in_steps = [
             component / step for component, step in zip(components, self._step_sizes, strict=True)
         ]
-        return mean_log_norm(torch.cat(component_steps, dim=1))
+        return mean_log_norm(torch.cat(components_in_steps, dim=1))
 
     def residuals_in_steps(self) -> Tensor:
         """Return the `[A, c]` quantized residuals in quantization steps."""

@@ -144,18 +144,22 @@ def _place_in_view(
     camera, truth = context.camera(view), context.truth(view, frame)
     backdrop = scene.backdrop(view)
     image = context.apply_mask(backdrop.image.clamp(0, 1), view, frame)
-    error = (image - truth).abs().mean(dim=2)
-    neighborhood_maxima = filter_maximum(error, settings.error_radius)
+    pixel_errors = (image - truth).abs().mean(dim=2)
+    neighborhood_maxima = filter_maximum(pixel_errors, settings.error_radius)
     is_selected = (
-        (error == neighborhood_maxima)
-        & (error > settings.error_threshold)
+        (pixel_errors == neighborhood_maxima)
+        & (pixel_errors > settings.error_threshold)
         & (backdrop.alpha > _MIN_ALPHA)
     )
     rows, columns = torch.nonzero(is_selected, as_tuple=True)
-    depths = _measure_depths(context, scene, view)[rows, columns] if rows.numel() else error[:0, 0]
+    depths = (
+        _measure_depths(context, scene, view)[rows, columns]
+        if rows.numel()
+        else pixel_errors[:0, 0]
+    )
     positions = _unproject(camera, columns + 0.5, rows + 0.5, depths)
     scales = depths / math.sqrt(camera.fx * camera.fy) * (settings.error_radius + 0.5)
-    return error[rows, columns], positions, truth[rows, columns], scales
+    return pixel_errors[rows, columns], positions, truth[rows, columns], scales
 
 
 def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:

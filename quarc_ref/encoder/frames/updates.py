@@ -48,7 +48,7 @@ class TrainedUpdates:
     """The trained update residuals of all Gaussians of a frame, and their quantizer.
 
     Args:
-        count: Number of Gaussians in the scene.
+        gaussian_count: Number of Gaussians in the scene.
         header: Header of the stream, which contains the quantization steps.
         settings: Learning rate, rate-distortion weight and thresholds.
         device: Device of the residuals.
@@ -57,7 +57,7 @@ class TrainedUpdates:
 
     def __init__(
         self,
-        count: int,
+        gaussian_count: int,
         header: StreamHeader,
         settings: UpdateSettings,
         device: torch.device,
@@ -66,8 +66,8 @@ class TrainedUpdates:
         self._header, self._settings, self._rd = header, settings, rd
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
-        self._is_selected = torch.ones(count, dtype=torch.bool, device=device)
-        self.leaf = torch.zeros((count, RESIDUAL_ROWS), device=device, requires_grad=True)
+        self._is_selected = torch.ones(gaussian_count, dtype=torch.bool, device=device)
+        self.leaf = torch.zeros((gaussian_count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
     def learning_rate(self, decay: float) -> float:
         """Return the learning rate in quantization steps, multiplied by a decay factor."""

@@ -82,10 +82,12 @@ class TrainingStep:
     def psnr(self) -> float:
         """Return the PSNR of the rendering in dB; infinite if it equals the ground truth."""
         squared_error = (self.image.detach().clamp(0, 1) - self.truth()).square()
-        error = float((squared_error if self.mask is None else squared_error * self.mask).mean())
+        mean_squared_error = float(
+            (squared_error if self.mask is None else squared_error * self.mask).mean()
+        )
         if self.mask is not None:
-            error /= max(float(self.mask.mean()), _MIN_MASK_FRACTION)
-        return -10 * math.log10(error) if error else math.inf
+            mean_squared_error /= max(float(self.mask.mean()), _MIN_MASK_FRACTION)
+        return -10 * math.log10(mean_squared_error) if mean_squared_error else math.inf
 
 
 @dataclass(frozen=True, slots=True)

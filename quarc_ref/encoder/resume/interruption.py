@@ -18,16 +18,20 @@ def defer_signals() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    received: list[int] = []
+    received_signals: list[int] = []
     handlers = {
-        number: handler for number in _SIGNALS if callable(handler := signal.getsignal(number))
+        signal_number: handler
+        for signal_number in _SIGNALS
+        if callable(handler := signal.getsignal(signal_number))
     }
-    for number in handlers:
-        signal.signal(number, lambda number, _frame: received.append(number))
+    for signal_number in handlers:
+        signal.signal(
+            signal_number, lambda signal_number, _frame: received_signals.append(signal_number)
+        )
     try:
         yield
     finally:
-        for number, handler in handlers.items():
-            signal.signal(number, handler)
-    if received:
-        signal.raise_signal(received[0])
+        for signal_number, handler in handlers.items():
+            signal.signal(signal_number, handler)
+    if received_signals:
+        signal.raise_signal(received_signals[0])

@@ -58,24 +58,28 @@ class Similarity:
         return cls(tuple(rotation.ravel().tolist()), scale, (x, y, z))
 
     @property
-    def matrix(self) -> NDArray[np.float64]:
+    def rotation_matrix(self) -> NDArray[np.float64]:
         """The `[3, 3]` rotation matrix."""
         return np.array(self.rotation).reshape(3, 3)
 
     def apply(self, splats: Splats) -> Splats:
         """Return the transformed Gaussians, whose SH coefficients are rotated as well."""
-        positions = self.scale * (splats.positions.astype(np.float64) @ self.matrix.T) + self.shift
+        positions = (
+            self.scale * (splats.positions.astype(np.float64) @ self.rotation_matrix.T) + self.shift
+        )
         return replace(
             splats,
             positions=positions.astype(np.float32),
-            rotations=multiply_quaternions(_matrix_to_quaternion(self.matrix), splats.rotations),
+            rotations=multiply_quaternions(
+                _matrix_to_quaternion(self.rotation_matrix), splats.rotations
+            ),
             log_scales=splats.log_scales + np.float32(np.log(self.scale)),
-            sh=rotate_sh(self.matrix, splats.sh),
+            sh=rotate_sh(self.rotation_matrix, splats.sh),
         )
 
     def apply_to_camera(self, camera: Camera) -> Camera:
         """Return a camera that sees the transformed scene as `camera` sees the original scene."""
-        rotation = np.array(camera.rotation).reshape(3, 3) @ self.matrix.T
+        rotation = np.array(camera.rotation).reshape(3, 3) @ self.rotation_matrix.T
         translation = self.scale * np.array(camera.translation) - rotation @ self.shift
         return replace(
             camera,
@@ -89,7 +93,7 @@ class Similarity:
         up_axis = 0
         if header.up_axis:
             axis_index, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
-            up_direction = sign * self.matrix[:, axis_index]
+            up_direction = sign * self.rotation_matrix[:, axis_index]
             axis = int(np.abs(up_direction).argmax())
             if abs(abs(up_direction[axis]) - 1) < _ROTATION_TOLERANCE:
                 up_axis = 1 + 2 * axis + int(up_direction[axis] < 0)
@@ -116,7 +120,7 @@ class Edit:
     recoloring: Recoloring | None = None
 
     @property
-    def is_exact(self) -> bool:
+    def changes_only_colors(self) -> bool:
         """Whether the edit changes only colors, so that `recolor` can apply it exactly."""
         return not (self.boxes or self.spheres or self.similarity)
 

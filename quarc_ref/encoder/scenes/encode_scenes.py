@@ -191,8 +191,8 @@ class _Encoding:
         return SceneReport(self._frame_count, self._bounds, self._errors, self._dropped_sh_degree)
 
     def _write_with_chosen_type(self, frame_index: int, frame: GivenFrame, target: Target) -> None:
-        interval = self._options.keyframe_interval
-        if frame_index == 0 or (interval and frame_index % interval == 0):
+        keyframe_interval = self._options.keyframe_interval
+        if frame_index == 0 or (keyframe_interval and frame_index % keyframe_interval == 0):
             self._write_canonical(frame_index, target)
             return
         match = match_frames(self._last_frame, frame)

@@ -47,10 +47,10 @@ def fit_births(
 
 def _find_parents(positions: Int64, new_positions: Float64) -> Int64:
     """Return the `[n]` indices of parents, each the nearest of 8 neighbors in Morton order."""
-    keys = _morton_keys(positions)
-    order = np.argsort(keys, kind="stable")
+    morton_keys = _compute_morton_keys(positions)
+    order = np.argsort(morton_keys, kind="stable")
     insertion_points = np.searchsorted(
-        keys[order], _morton_keys(np.rint(new_positions).astype(np.int64))
+        morton_keys[order], _compute_morton_keys(np.rint(new_positions).astype(np.int64))
     )
     candidates = order[
         np.clip(
@@ -64,5 +64,5 @@ def _find_parents(positions: Int64, new_positions: Float64) -> Int64:
     return parents
 
 
-def _morton_keys(positions: Int64) -> Int64:
+def _compute_morton_keys(positions: Int64) -> Int64:
     return interleave((positions + LATTICE_OFFSET) >> _KEY_SHIFT)
