@@ -62,8 +62,8 @@ def evaluate_stream(
     Args:
         data: Bytes of the stream.
         folder: Folder of the capture.
-        on_progress: Called after every inspected or measured frame with the stage, the number of
-            finished frames and the number of all frames.
+        on_progress: Called after every inspected or measured frame with the name of the stage, the
+            number of finished frames and the total number of frames.
         options: Frames and metrics to measure.
 
     Raises:

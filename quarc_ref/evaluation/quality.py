@@ -47,7 +47,7 @@ class Quality:
         return self._list_frame_values("ssim")
 
     def count_equal_views(self) -> tuple[int, int]:
-        """Return the number of views that equal the ground truth, and the number of all views."""
+        """Return the number of views that equal the ground truth, and the total number of views."""
         psnr = [view["psnr"] for views in self.per_camera.values() for view in views]
         return psnr.count(MAX_DECIBELS), len(psnr)
 

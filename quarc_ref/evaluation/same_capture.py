@@ -38,7 +38,7 @@ class OtherCaptureError(MismatchError):
 def open_same_capture(
     summary: StreamSummary, folder: Path, *, accept_other_capture: bool = False
 ) -> Capture:
-    """Open a stream's capture; use the picture size and the held-out cameras of the stream.
+    """Open the capture of a stream, with the stream's picture size and held-out cameras.
 
     Args:
         summary: Summary of the stream.

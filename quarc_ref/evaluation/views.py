@@ -73,7 +73,7 @@ def measure_views(
 def make_view(
     frame: int, camera: str, image: Image, picture: Picture, mask: Mask | None = None
 ) -> View:
-    """Measure a rendering against an 8-bit picture; return both and the metrics as a view.
+    """Measure a rendering against an 8-bit picture; return a view with both and the metrics.
 
     Args:
         frame: Ordinal of the frame.
@@ -94,7 +94,7 @@ def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
     picture: Picture,
     mask: Mask | None = None,
 ) -> View:
-    """Measure a rendering against its ground truth; return both and the metrics as a view.
+    """Measure a rendering against its ground truth; return a view with both and the metrics.
 
     Args:
         frame: Ordinal of the frame.
@@ -102,7 +102,7 @@ def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
         image: `[H, W, 3]` ground truth in 8-bit levels.
         truth: `[H, W, 3]` ground truth from 0 to 1, not rounded to 8-bit levels.
         picture: `[H, W, 3]` rendering before clamping.
-        mask: `[H, W]` mask of the pixels to use; None or an empty mask for all pixels.
+        mask: `[H, W]` mask of the pixels to use; None or an empty mask stands for all pixels.
     """
     decoded = np.clip(picture, 0, 1)
     if mask is None or not mask.any():

@@ -245,7 +245,7 @@ def fill_tiles(order, pair_starts, tiles, pixel_rows, tile_count):
 
     Returns:
         `[T + 1]` start of each tile's list; `[P]` concatenated lists; `[P, 2]` pixel rows of the
-        list entries; `[P]` for each entry of `tiles`, its position in the concatenated lists.
+        list entries; `[P]` position of each entry of `tiles` in the concatenated lists.
     """
     list_starts = np.zeros(tile_count + 1, dtype=np.int64)
     for tile in tiles:

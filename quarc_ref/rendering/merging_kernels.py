@@ -30,8 +30,8 @@ def merge_tiles(
 
     Returns:
         `[K]` changed tiles; `[K + 1]` starts of the merged lists of these tiles; the merged lists,
-        in which added Gaussian i has the index N + i; pixel rows of the merged list entries; for
-        each entry of `lists`, its position in the merged lists.
+        in which added Gaussian i has the index N + i; pixel rows of the merged list entries;
+        position of each entry of `lists` in the merged lists.
     """
     tile_ids = np.flatnonzero(list_starts[1:] > list_starts[:-1]).astype(np.int32)
     merged_list_starts = np.zeros(tile_ids.size + 1, dtype=np.int64)

@@ -87,8 +87,8 @@ class Tiles:
         tile_ids: `[T]` indices of the tiles, counted row by row in the whole picture.
         list_starts: `[T + 1]` start of each tile's list in `lists`.
         lists: `[P]` indices of Gaussians, nearest first within a tile.
-        pixel_rows: `[P, 2]` for each entry of `lists`, the first and the end pixel row (exclusive)
-            that the Gaussian intersects in the tile.
+        pixel_rows: `[P, 2]` first and end pixel row (exclusive) that the Gaussian of each entry of
+            `lists` intersects in its tile.
         pair_starts: `[N + 1]` start of each Gaussian's pairs in `pair_positions`.
         pair_positions: `[P]` position in `lists` of each pair of a Gaussian and a tile.
     """

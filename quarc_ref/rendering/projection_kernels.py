@@ -133,7 +133,7 @@ def _rotation_matrix(quaternions, i):
 
 @kernel
 def _clamp_slopes(camera, x, y, z):
-    """Return x/z and y/z, clamped for the Jacobian, and whether each of them is unchanged."""
+    """Return x/z and y/z, clamped for the Jacobian, and whether clamping left each unchanged."""
     low = -(camera[14] + SLOPE_MARGIN_FRACTION * camera[16]) / camera[12]
     high = (camera[16] - camera[14] + SLOPE_MARGIN_FRACTION * camera[16]) / camera[12]
     slope_x = min(max(x / z, low), high)
@@ -267,7 +267,7 @@ def _shade(camera, means, sh, colors, i):
 
 @kernel
 def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
-    """Store the gradient of SH; return the gradient of the mean through the viewing direction."""
+    """Store the gradient of SH; return the mean's gradient, due to the viewing direction."""
     x, y, z, inverse_distance = _viewing_direction(camera, means, i)
     gx, gy, gz = _0, _0, _0
     for k in range(3):

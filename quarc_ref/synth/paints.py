@@ -42,7 +42,7 @@ class Paint:
         second: Second color, linear RGB from 0 to 1.
         third: Third color, linear RGB from 0 to 1.
         scale: Period of the pattern in meters; patterns without a period ignore it.
-        phase: Offset of the pattern; a few patterns use this number for something else.
+        phase: Offset of the pattern; for the pattern `SCREEN`, the share of the second picture.
         gloss: Strength of specular highlights.
         glow: Emitted light as a multiple of the color.
     """

@@ -33,7 +33,7 @@ def write_synthetic_capture(
     Args:
         folder: Folder to create; it may exist if it is empty.
         options: Options of the capture.
-        progress: Called with the number of finished pictures and the number of all pictures.
+        progress: Called with the number of finished pictures and the total number of pictures.
 
     Raises:
         OutputPathError: The folder exists and is not empty.

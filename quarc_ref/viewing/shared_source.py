@@ -9,7 +9,7 @@ _POLL_SECONDS = 0.2
 
 
 class SharedSource:
-    """Serializes reads of a source by several threads, because a file has one read position.
+    """Serializes reads by several threads, because a file has only one read position.
 
     Args:
         source: The stream.

@@ -87,8 +87,8 @@ def measure_entries(
         inputs: The entries and the ground truth.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         lpips: LPIPS metric; None to omit it.
-        on_progress: Called after every frame with the stage, the number of measured frames and
-            the number of all frames.
+        on_progress: Called after every frame with the name of the stage, the number of measured
+            frames and the total number of frames.
 
     Raises:
         BitstreamError: A stream is malformed.

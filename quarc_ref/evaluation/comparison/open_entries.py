@@ -80,8 +80,8 @@ def open_entries(
     Args:
         sources: The entries to open.
         options: Options of the comparison.
-        on_progress: Called after every inspected frame of a stream with the stage, the number of
-            inspected frames and the number of all frames.
+        on_progress: Called after every inspected frame of a stream with the name of the stage, the
+            number of inspected frames and the total number of frames.
 
     Raises:
         BitstreamError: A stream is malformed.

@@ -32,8 +32,8 @@ def open_stream(
     Args:
         path: Path of the file.
         label: Method and operating point.
-        on_progress: Called after every inspected frame with the stage, the number of inspected
-            frames and the number of all frames.
+        on_progress: Called after every inspected frame with the name of the stage, the number of
+            inspected frames and the total number of frames.
 
     Raises:
         BitstreamError: The stream is malformed.

@@ -64,8 +64,8 @@ class Keyframes:
         """Return the frame ordinal of each picture, clamped to the range from `first` to `last`.
 
         If no keyframe has a frame, the stream plays at its frame rate, starting at frame `first`.
-        Otherwise, the stream plays at constant speed from each keyframe with a frame to the
-        next, and pauses before the first and after the last of these keyframes.
+        Otherwise, the stream plays at constant speed between consecutive keyframes that have a
+        frame. It pauses before the first and after the last of these keyframes.
         """
         picture_times = np.arange(self.count_pictures(frames_per_second)) / frames_per_second
         timed_frames = [
