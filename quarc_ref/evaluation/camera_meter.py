@@ -50,7 +50,7 @@ class CameraMeter:
     ) -> None:
         self._background = background
         self._correction = correction
-        self._previous: tuple[View, Mask] | None = None
+        self._previous_view_and_mask: tuple[View, Mask] | None = None
 
     def measure(self, view: View) -> Measures:
         """Return the metrics of a view.
@@ -94,8 +94,8 @@ class CameraMeter:
         return moving_mask & view.mask, ~moving_mask & view.mask
 
     def _measure_flicker(self, view: View, static_mask: Mask | None) -> Measures:
-        previous_view_and_mask, self._previous = (
-            self._previous,
+        previous_view_and_mask, self._previous_view_and_mask = (
+            self._previous_view_and_mask,
             None if static_mask is None else (view, static_mask),
         )
         if previous_view_and_mask is None or static_mask is None:

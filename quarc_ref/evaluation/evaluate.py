@@ -100,7 +100,9 @@ def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[
         if start <= frame.frame and (stop is None or frame.frame < stop)
     )
     if not frames:
-        first, last = summary.frames[0].frame, summary.frames[-1].frame
-        message = f"the stream has no frames in this range; its frames are {first} to {last}"
+        first_frame, last_frame = summary.frames[0].frame, summary.frames[-1].frame
+        message = (
+            f"the stream has no frames in this range; its frames are {first_frame} to {last_frame}"
+        )
         raise MismatchError(message)
     return frames

@@ -26,10 +26,10 @@ class Protocol:
         fingerprint: Fingerprint of the capture, a digest of its files.
         encoded_from: Fingerprint of the capture from which the stream was encoded; None if the
             stream contains no fingerprint.
-        training: Names of the training cameras.
-        held_out: Names of the measured cameras.
+        training_cameras: Names of the training cameras.
+        held_out_cameras: Names of the measured cameras.
         resolution: Width and height of the first held-out camera.
-        frames: Number of measured frames.
+        frame_count: Number of measured frames.
         seed: Seed of all random numbers of the encoder.
         renderer: Description of the renderer.
         versions: Versions of this package, the format and installed libraries.
@@ -39,10 +39,10 @@ class Protocol:
     capture: str
     fingerprint: str
     encoded_from: str | None
-    training: tuple[str, ...]
-    held_out: tuple[str, ...]
+    training_cameras: tuple[str, ...]
+    held_out_cameras: tuple[str, ...]
     resolution: tuple[int, int]
-    frames: int
+    frame_count: int
     seed: int
     renderer: str
     versions: dict[str, str]
@@ -59,9 +59,12 @@ class Protocol:
             "capture": self.capture,
             "fingerprint": self.fingerprint,
             "encoded_from": self.encoded_from,
-            "cameras": {"training": list(self.training), "held_out": list(self.held_out)},
+            "cameras": {
+                "training": list(self.training_cameras),
+                "held_out": list(self.held_out_cameras),
+            },
             "resolution": list(self.resolution),
-            "frames": self.frames,
+            "frames": self.frame_count,
             "seed": self.seed,
             "renderer": self.renderer,
             "versions": self.versions,
@@ -74,10 +77,10 @@ class Protocol:
         return {
             "capture": f"{self.capture}, fingerprint {self.fingerprint}",
             "encoded from": source_text or "unknown: the stream has no fingerprint",
-            "training cameras": ", ".join(self.training),
-            "held-out cameras": ", ".join(self.held_out),
+            "training cameras": ", ".join(self.training_cameras),
+            "held-out cameras": ", ".join(self.held_out_cameras),
             "resolution": " x ".join(map(str, self.resolution)),
-            "frames": str(self.frames),
+            "frames": str(self.frame_count),
             "seed": str(self.seed),
             "renderer": self.renderer,
             "versions": ", ".join(f"{name} {number}" for name, number in self.versions.items()),
@@ -101,14 +104,14 @@ def make_protocol(
         seed: Seed of the stream.
         encoded_from: Fingerprint that the stream contains; None if there is no fingerprint.
     """
-    held_out = [camera for camera in cameras if camera.held_out]
+    held_out_cameras = [camera for camera in cameras if camera.held_out]
     return Protocol(
         capture.name,
         capture.fingerprint,
         encoded_from,
         tuple(camera.name for camera in cameras if not camera.held_out),
-        tuple(camera.name for camera in held_out),
-        (held_out[0].width, held_out[0].height),
+        tuple(camera.name for camera in held_out_cameras),
+        (held_out_cameras[0].width, held_out_cameras[0].height),
         frame_count,
         seed,
         RENDERER,

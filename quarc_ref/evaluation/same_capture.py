@@ -51,17 +51,17 @@ def open_same_capture(
         MismatchError: The stream cannot be measured on the capture.
         CaptureError: The capture cannot be read.
     """
-    held_out = tuple(camera.name for camera in summary.cameras if camera.held_out)
-    if not held_out or not summary.frames:
-        missing_items = "frames" if held_out else "held-out cameras"
+    held_out_names = tuple(camera.name for camera in summary.cameras if camera.held_out)
+    if not held_out_names or not summary.frames:
+        missing_items = "frames" if held_out_names else "held-out cameras"
         message = f"the stream has no {missing_items}, so there is nothing to measure"
         raise MismatchError(message)
-    start = _read_start(summary)
-    full_size_capture = open_capture(folder, CaptureOptions(start=start))
+    start_frame = _read_start_frame(summary)
+    full_size_capture = open_capture(folder, CaptureOptions(start=start_frame))
     _require_equal("cameras", _list_names(full_size_capture.cameras), _list_names(summary.cameras))
     downscale = max(1, round(full_size_capture.cameras[0].width / summary.cameras[0].width))
     try:
-        options = CaptureOptions(downscale, held_out, start=start)
+        options = CaptureOptions(downscale, held_out_names, start=start_frame)
         capture = open_capture(folder, options)
     except DownscaleError as error:
         raise MismatchError(str(error)) from error
@@ -78,7 +78,7 @@ def open_same_capture(
     return capture
 
 
-def _read_start(summary: StreamSummary) -> int:
+def _read_start_frame(summary: StreamSummary) -> int:
     """Return the frame number in the capture that corresponds to frame 0 of the stream.
 
     Raises:

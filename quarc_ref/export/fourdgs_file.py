@@ -197,17 +197,17 @@ def _sample_scene(scene: Any, time: float) -> tuple[Splats, Int64]:  # noqa: ANN
     return splats, indices.astype(np.int64)
 
 
-def _join_sh(sh_dc: Float32, levels: NDArray[np.uint8]) -> Float32:
+def _join_sh(sh_dc: Float32, sh_rest_levels: NDArray[np.uint8]) -> Float32:
     """Join SH DC and SH rest to `[N, K, 3]`.
 
     Args:
         sh_dc: `[N, 1, 3]` SH DC.
-        levels: `[N, 3 (K - 1)]` SH rest as 8-bit levels, channel by channel.
+        sh_rest_levels: `[N, 3 (K - 1)]` SH rest as 8-bit levels, channel by channel.
     """
     from fourdgs.quantization import SH_QUANT_HI, SH_QUANT_LO
 
-    sh_rest = SH_QUANT_LO + levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
-    channel_rest = sh_rest.reshape(len(levels), 3, -1)
+    sh_rest = SH_QUANT_LO + sh_rest_levels.astype(np.float32) / 255 * (SH_QUANT_HI - SH_QUANT_LO)
+    channel_rest = sh_rest.reshape(len(sh_rest_levels), 3, -1)
     sh: Float32 = np.concatenate([sh_dc, channel_rest.transpose(0, 2, 1)], axis=1)
     return sh.astype(np.float32)
 

@@ -53,8 +53,11 @@ class SequenceExporter:
         self._stage.SetEndTimeCode(time_code)
         particle_field = self._splats
         radius = 3 * compute_scales(splats).max(axis=1, keepdims=True)
-        extent = [(splats.positions - radius).min(axis=0), (splats.positions + radius).max(axis=0)]
-        coefficients = splats.sh.reshape(-1, 3)
+        extent_corners = [
+            (splats.positions - radius).min(axis=0),
+            (splats.positions + radius).max(axis=0),
+        ]
+        sh_coefficients = splats.sh.reshape(-1, 3)
         for attribute, value in (
             (particle_field.CreatePositionsAttr(), Vt.Vec3fArray.FromNumpy(splats.positions)),
             (
@@ -68,11 +71,11 @@ class SequenceExporter:
             ),
             (
                 particle_field.CreateRadianceSphericalHarmonicsCoefficientsAttr(),
-                Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(coefficients)),
+                Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(sh_coefficients)),
             ),
             (
                 particle_field.CreateExtentAttr(),
-                Vt.Vec3fArray.FromNumpy(np.array(extent, np.float32)),
+                Vt.Vec3fArray.FromNumpy(np.array(extent_corners, np.float32)),
             ),
         ):
             attribute.Set(value, time_code)

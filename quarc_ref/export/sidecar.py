@@ -100,16 +100,22 @@ def parse_sidecar(data: bytes) -> Sidecar:
 
 def _parse_camera(content: dict[str, Any]) -> Camera:
     """Parse a camera; `parse_sidecar` converts the errors of malformed cameras."""
-    values = {camera_field.name: content[camera_field.name] for camera_field in fields(Camera)}
+    field_values = {
+        camera_field.name: content[camera_field.name] for camera_field in fields(Camera)
+    }
     for name in ("rotation", "translation"):
-        values[name] = tuple(map(float, values[name]))
+        field_values[name] = tuple(map(float, field_values[name]))
     for name in ("fx", "fy", "cx", "cy", "near"):
-        values[name] = float(values[name])
+        field_values[name] = float(field_values[name])
     for name in ("width", "height"):
-        _require(0 < int(values[name]) < 1 << 32, name)
-        values[name] = int(values[name])
+        _require(0 < int(field_values[name]) < 1 << 32, name)
+        field_values[name] = int(field_values[name])
     return Camera(
-        **{**values, "name": str(content["name"])[:255], "held_out": bool(content["held_out"])}
+        **{
+            **field_values,
+            "name": str(content["name"])[:255],
+            "held_out": bool(content["held_out"]),
+        }
     )
 
 

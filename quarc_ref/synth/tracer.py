@@ -71,9 +71,15 @@ def _blur(light: NDArray[np.float64], axis: int) -> NDArray[np.float64]:
     left_weight, center_weight, right_weight = _LENS_BLUR
     padding = [(int(dimension == axis), int(dimension == axis)) for dimension in range(light.ndim)]
     padded = np.pad(light, padding, mode="edge")
-    count = light.shape[axis]
-    parts = [np.take(padded, range(start, start + count), axis=axis) for start in range(3)]
-    return left_weight * parts[0] + center_weight * parts[1] + right_weight * parts[2]
+    size = light.shape[axis]
+    shifted_pictures = [
+        np.take(padded, range(start, start + size), axis=axis) for start in range(3)
+    ]
+    return (
+        left_weight * shifted_pictures[0]
+        + center_weight * shifted_pictures[1]
+        + right_weight * shifted_pictures[2]
+    )
 
 
 def _encode_srgb(light: NDArray[np.float64]) -> Image:

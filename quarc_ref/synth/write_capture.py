@@ -53,18 +53,18 @@ def fill_synthetic_capture(
 ) -> None:
     """Write a synthetic capture to an open output folder; see `write_synthetic_capture`."""
     scene, cameras = make_scene(options.seed, options.scene_variant), place_cameras(options)
-    scenes = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
-    total = len(cameras) * len(scenes)
-    first_pictures, poses = [], []
+    scenes_by_frame = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
+    picture_count = len(cameras) * len(scenes_by_frame)
+    first_pictures, poses_bounds_rows = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for index, camera in enumerate(cameras):
             views = []
-            for view in pool.map(trace_view, scenes, repeat(camera)):
+            for view in pool.map(trace_view, scenes_by_frame, repeat(camera)):
                 views.append(view)
-                progress(index * len(scenes) + len(views), total)
+                progress(index * len(scenes_by_frame) + len(views), picture_count)
             pictures = [view.picture for view in views]
             write_video(folder.register(f"cam{index:02}.mp4"), pictures, options)
-            poses.append(
+            poses_bounds_rows.append(
                 camera.as_poses_bounds_row(
                     min(camera_view.min_depth for camera_view in views),
                     max(camera_view.max_depth for camera_view in views),
@@ -72,8 +72,8 @@ def fill_synthetic_capture(
             )
             first_pictures.append(pictures[0])
     with folder.open("poses_bounds.npy") as file:
-        np.save(file, np.stack(poses))
-    points = _sample_points(scenes[0], cameras[1:], first_pictures[1:], options.seed)
+        np.save(file, np.stack(poses_bounds_rows))
+    points = _sample_points(scenes_by_frame[0], cameras[1:], first_pictures[1:], options.seed)
     write_points_ply(folder.register("points3D_init.ply"), points)
 
 

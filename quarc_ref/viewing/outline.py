@@ -55,18 +55,20 @@ def outline_stream(source: Source) -> Outline:
         BitstreamError: HEAD is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
-    walk = FrameWalk(source)
+    frame_walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()
     chunk_headers: list[ChunkHeader] = []
     first_frame = 0
     with suppress(BitstreamError):  # decoding reports the error
-        for step in walk:
+        for step in frame_walk:
             if step.header.kind == container.CAME:
-                cameras = wire.parse_cameras(walk.take(step).payload)
+                cameras = wire.parse_cameras(frame_walk.take(step).payload)
             if step.is_frame and step.frame is not None and _is_complete(step.header, source):
                 first_frame = first_frame if chunk_headers else step.frame
                 chunk_headers.append(step.header)
-    return Outline(wire.parse_stream_header(walk.head), cameras, first_frame, tuple(chunk_headers))
+    return Outline(
+        wire.parse_stream_header(frame_walk.head), cameras, first_frame, tuple(chunk_headers)
+    )
 
 
 def read_cameras(source: Source) -> tuple[Camera, ...] | None:
@@ -78,13 +80,13 @@ def read_cameras(source: Source) -> tuple[Camera, ...] | None:
         BitstreamError: The beginning of the stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
-    walk = FrameWalk(source)
+    frame_walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()
-    for step in walk:
+    for step in frame_walk:
         if step.is_frame:
             return cameras
         if step.header.kind == container.CAME:
-            cameras = wire.parse_cameras(walk.take(step).payload)
+            cameras = wire.parse_cameras(frame_walk.take(step).payload)
     return None
 
 

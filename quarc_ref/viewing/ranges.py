@@ -22,5 +22,9 @@ def parse_range(header: str | None, size: int) -> range | None:
         return None
     if not match["first"]:
         return range(max(0, size - int(match["last"])), size)
-    first, last = int(match["first"]), int(match["last"] or size)
-    return None if last < first and match["last"] else range(min(first, size), min(last + 1, size))
+    first_byte, last_byte = int(match["first"]), int(match["last"] or size)
+    return (
+        None
+        if last_byte < first_byte and match["last"]
+        else range(min(first_byte, size), min(last_byte + 1, size))
+    )

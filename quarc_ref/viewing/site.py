@@ -23,16 +23,16 @@ class Site:
     """Contents of the folder that `write_site` wrote.
 
     Attributes:
-        files: Names of the files.
-        frames: Number of frames in the stream.
+        file_names: Names of the files.
+        frame_count: Number of frames in the stream.
         stream_bytes: Size of the stream, bytes.
-        poster: File name of the poster; None if there is none.
+        poster_name: File name of the poster; None if there is none.
     """
 
-    files: list[str]
-    frames: int
+    file_names: list[str]
+    frame_count: int
     stream_bytes: int
-    poster: str | None
+    poster_name: str | None
 
 
 def write_site(
@@ -56,7 +56,7 @@ def write_site(
         SourceError: The file, pipe or server cannot be read.
     """
     with folder.open(STREAM_FILE) as sink:
-        frames = copy_stream(source, sink)
+        frame_count = copy_stream(source, sink)
     path = folder.path / STREAM_FILE
     with path.open("rb", buffering=0) as file:
         poster = draw_poster(FileSource(file))
@@ -69,7 +69,7 @@ def write_site(
         folder.write(name, data)
     return Site(
         sorted([*contents, STREAM_FILE]),
-        frames,
+        frame_count,
         path.stat().st_size,
         POSTER_FILE if poster else None,
     )

@@ -114,17 +114,17 @@ def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> 
     if as_json:
         document = {
             "folder": str(output),
-            "files": site.files,
-            "frames": site.frames,
+            "files": site.file_names,
+            "frames": site.frame_count,
             "bytes": site.stream_bytes,
-            "poster": site.poster,
+            "poster": site.poster_name,
             "iframe": iframe,
         }
         print_json("publish/1", document)
         return
     rows = {
-        "stream": f"{format_count(site.frames, 'frame')}, {site.stream_bytes:,} bytes",
-        "poster": site.poster or "none",
+        "stream": f"{format_count(site.frame_count, 'frame')}, {site.stream_bytes:,} bytes",
+        "poster": site.poster_name or "none",
         "to try it": f"python3 -m http.server --directory {output}",
     }
     print_fields(str(output), rows)

@@ -70,7 +70,9 @@ class _FrameReader:
 
     def load(self, frame: int) -> Splats:
         try:
-            return next(splats for number, (splats, _) in self._frames if number == frame)
+            return next(
+                splats for decoded_frame, (splats, _) in self._frames if decoded_frame == frame
+            )
         except ValueError as error:
             message = f"{self._path}: {error}"
             raise UnreadableFramesError(message) from error

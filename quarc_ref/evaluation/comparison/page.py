@@ -63,7 +63,7 @@ def _compose_page(
         }
         for view, file_names in zip(comparison.shown_views, picture_names, strict=True)
     ]
-    plots = _plot_rates(summary) + _plot_frames(comparison, labels)
+    plot_figures = _plot_rates(summary) + _plot_frames(comparison, labels)
     parts = {
         "title": html.escape(", ".join(_list_methods(summary))),
         "subtitle": html.escape(_describe_comparison(comparison)),
@@ -75,7 +75,7 @@ def _compose_page(
             f"<p>{html.escape(remark)}.</p>" for remark in describe_equal_views(comparison)
         ),
         "deltas": _compose_deltas(summary),
-        "plots": "".join(plots),
+        "plots": "".join(plot_figures),
         "metrics": format_texts(comparison.variants.values()),
     }
     return fill_page(template, parts)

@@ -106,15 +106,17 @@ def plan_tour(
     remaining_poses = [
         get_camera_pose(camera) for camera in cameras if camera.name != first_camera.name
     ]
-    stops = [get_camera_pose(first_camera)]
+    tour_poses = [get_camera_pose(first_camera)]
     while remaining_poses:
-        distances = [float(np.linalg.norm(pose.eye - stops[-1].eye)) for pose in remaining_poses]
-        stops.append(remaining_poses.pop(int(np.argmin(distances))))
-    lengths = [float(np.linalg.norm(end.eye - start.eye)) for start, end in pairwise(stops)]
+        distances = [
+            float(np.linalg.norm(pose.eye - tour_poses[-1].eye)) for pose in remaining_poses
+        ]
+        tour_poses.append(remaining_poses.pop(int(np.argmin(distances))))
+    lengths = [float(np.linalg.norm(end.eye - start.eye)) for start, end in pairwise(tour_poses)]
     # Splines need increasing times, even if two cameras have the same position.
     min_length = max(sum(lengths) * 1e-3, 1e-6)
     times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, min_length))])
-    return interpolate_poses(times, stops, np.linspace(0, times[-1], count))
+    return interpolate_poses(times, tour_poses, np.linspace(0, times[-1], count))
 
 
 PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {
