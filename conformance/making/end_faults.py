@@ -99,7 +99,7 @@ def _make_trailing_faults(parent: ValidStream) -> Iterable[EndFault]:
 
 
 def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
-    first, (offset, sequence, frame), last = points = _list_seek_points(parent)
+    first, (offset, sequence, frame), last = seek_points = _list_seek_points(parent)
     index_faults = {
         "index-offset": (
             [first, (offset + 1, sequence, frame), last],
@@ -113,9 +113,9 @@ def _make_index_faults(parent: ValidStream) -> Iterable[EndFault]:
             [first, (offset, sequence, frame + 1), last],
             "an ordinal in INDX is 1 too large",
         ),
-        "index-order": ([points[1], first, last], "two seek points are swapped in INDX"),
-        "index-less": (points[:2], "a seek point is missing in INDX"),
-        "index-more": ([*points, last], "a seek point is repeated in INDX"),
+        "index-order": ([seek_points[1], first, last], "two seek points are swapped in INDX"),
+        "index-less": (seek_points[:2], "a seek point is missing in INDX"),
+        "index-more": ([*seek_points, last], "a seek point is repeated in INDX"),
         "index-empty": ([], "INDX has no seek points although the stream has frames"),
     }
     for name, (listed_points, note) in index_faults.items():

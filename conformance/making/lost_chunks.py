@@ -50,10 +50,10 @@ def make_loss_vector(
     offsets = {
         chunk.sequence: offset for chunk, offset in zip(chunks, layout.offsets, strict=False)
     }
-    next_index = lost_indices[-1] + 1
+    next_chunk_index = lost_indices[-1] + 1
     resume_indices = (
         n
-        for n in range(next_index, len(stream.chunks))
+        for n in range(next_chunk_index, len(stream.chunks))
         if stream.chunks[n].kind in (b"CANO", b"TAIL")
     )
     resume_index = next(resume_indices)
@@ -66,7 +66,10 @@ def make_loss_vector(
         else _list_frames_after(parent, resume_index)
     )
     gap = Gap(
-        offsets[next_index], offsets[resume_index] - offsets[next_index], ("sequence",), frames_lost
+        offsets[next_chunk_index],
+        offsets[resume_index] - offsets[next_chunk_index],
+        ("sequence",),
+        frames_lost,
     )
     outcome = Outcome(parent.frames[:frames_before], ("sequence",))
     recovery = Recovery([*parent.frames[:frames_before], *frames], (gap,))

@@ -123,7 +123,7 @@ def _list_size_faults(
     """Yield streams in which a payload lacks its last byte, has only a few bytes or is too long."""
     payload = parent.stream.chunks[chunk_index].payload or b""
     kind = parent.stream.chunks[chunk_index].kind.decode()
-    sizes = {
+    size_cases = {
         "shorter": (payload[:-1], "5-1", "field", f"the last byte of {kind} is missing"),
         "empty": (
             payload[:empty_size],
@@ -138,26 +138,26 @@ def _list_size_faults(
             f"{kind} is {extra_bytes} B too long",
         ),
     }
-    for suffix, (changed_payload, clauses, reject_ids, note) in sizes.items():
+    for suffix, (changed_payload, clauses, reject_ids, note) in size_cases.items():
         chunks = parent.stream.replace_chunk(chunk_index, payload=changed_payload)
         yield f"{name}-{suffix}", clauses, reject_ids, chunks, note
 
 
 def _replace_u32(
-    parent: ValidStream, chunk_index: int, payload: bytes, offset: int, number: int
+    parent: ValidStream, chunk_index: int, payload: bytes, offset: int, value: int
 ) -> list[Chunk]:
-    changed_payload = payload[:offset] + struct.pack("<I", number) + payload[offset + 4 :]
+    changed_payload = payload[:offset] + struct.pack("<I", value) + payload[offset + 4 :]
     return parent.stream.replace_chunk(chunk_index, payload=changed_payload)
 
 
 def _list_field_faults(
-    parent: ValidStream, number: int, fields: Iterable[FieldFault]
+    parent: ValidStream, frame_index: int, field_faults: Iterable[FieldFault]
 ) -> Iterable[FaultRow]:
-    for name, clauses, reject_ids, changed_fields, note in fields:
+    for name, clauses, reject_ids, changed_fields, note in field_faults:
         yield (
             name,
             clauses,
             reject_ids,
-            replace_frame_fields(parent, number, **changed_fields),
+            replace_frame_fields(parent, frame_index, **changed_fields),
             note,
         )

@@ -235,18 +235,24 @@ def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams whose INDX has missing or wrong seek points."""
     chunks, offsets = parent.stream.chunks, parent.layout.offsets
-    chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
+    frame_chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
     frames = [0, 3, 6, 8, 10]
-    points = [(offsets[n], n, frame) for n, frame in zip(chunk_indices, frames, strict=True)]
-    index = len(chunks) - 2
-    canonical_points = [p for p in points if chunks[p[1]].kind == b"CANO"]
-    chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(canonical_points))
+    seek_points = [
+        (offsets[n], n, frame) for n, frame in zip(frame_chunk_indices, frames, strict=True)
+    ]
+    index_chunk_index = len(chunks) - 2
+    canonical_points = [p for p in seek_points if chunks[p[1]].kind == b"CANO"]
+    chunks_with_index = parent.stream.replace_chunk(
+        index_chunk_index, payload=pack_index(canonical_points)
+    )
     outcome = Outcome(parent.frames, ("index-mismatch",))
     note = "INDX lists no snapshots"
     name = "invalid/index-without-snapshots"
     yield make_patched_vector(parent, name, "5.9-1 5.9-2", chunks_with_index, outcome, note)
-    moved_points = [(o, n, 1 if frame == 0 else frame) for o, n, frame in points]
-    chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(moved_points))
+    moved_points = [(o, n, 1 if frame == 0 else frame) for o, n, frame in seek_points]
+    chunks_with_index = parent.stream.replace_chunk(
+        index_chunk_index, payload=pack_index(moved_points)
+    )
     name, note = (
         "another-canonical",
         "no seek point has the ordinal of the CANO to which a snapshot refers",
@@ -256,8 +262,13 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     )
     rejected = Outcome((), ("index-mismatch",))
     yield replace(vector, seek=tuple((f, rejected) for f in (3, 4, 7)))
-    swapped_points = [(offsets[chunk_indices[1]], chunk_indices[1], 0), *points[1:]]
-    chunks_with_index = parent.stream.replace_chunk(index, payload=pack_index(swapped_points))
+    swapped_points = [
+        (offsets[frame_chunk_indices[1]], frame_chunk_indices[1], 0),
+        *seek_points[1:],
+    ]
+    chunks_with_index = parent.stream.replace_chunk(
+        index_chunk_index, payload=pack_index(swapped_points)
+    )
     name, note = (
         "a-snapshot",
         "the seek point of the CANO to which a snapshot refers has the offset of a snapshot",

@@ -34,12 +34,12 @@ def make_random_survivors(indices: Iterable[int], seed: int = 0) -> tuple[Surviv
 
 
 def _make_random_survivor(i: int, seed: int) -> Survivor:
-    rows = [pick_between(-5, 5, seed, i, 2, row) for row in range(14)]
-    rows[3] = 0
+    differences = [pick_between(-5, 5, seed, i, 2, row) for row in range(14)]
+    differences[3] = 0
     for number, field in enumerate(FIELD_RANGES.values()):
         if hash_numbers(seed, i, 3, number) % 2:
-            rows[field.start : field.stop] = [0] * len(field)
-    return Survivor(i, tuple(rows))
+            differences[field.start : field.stop] = [0] * len(field)
+    return Survivor(i, tuple(differences))
 
 
 def make_unchanged_survivors(indices: Iterable[int]) -> tuple[Survivor, ...]:

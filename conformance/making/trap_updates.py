@@ -248,10 +248,10 @@ def make_ids_after_deletions() -> Stream:
 def make_residual_contexts_by_field() -> Stream:
     """The context of a residual is the sign of the sum of earlier residuals in its field."""
     stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
-    rows = ((5, -2, 1), (-5, 2, 1), (3, -3, 2), (0, 4, -1), (1, 1, 1))
+    residual_triples = ((5, -2, 1), (-5, 2, 1), (3, -3, 2), (0, 4, -1), (1, 1, 1))
     updates = tuple(
         Update(i, make_residuals(translation=r, rotation=r, log_scales=r, sh_dc=r))
-        for i, r in enumerate(rows)
+        for i, r in enumerate(residual_triples)
     )
     return stream.add_frame(Change(updates=updates)).add_frame(Change(updates=updates))
 

@@ -113,7 +113,7 @@ def _dequantize(code: int, step: str) -> str:
 
 
 def _make_rotation_units() -> list[Unit]:
-    vectors = [
+    unnormalized_vectors = [
         [1, 0, 0, 0],
         [0, 0, -7, 0],
         [1, 1, 1, 1],
@@ -173,7 +173,7 @@ def _make_rotation_units() -> list[Unit]:
             "normalize",
             "the unit quaternion of a vector of four integers, with SUM_GUARD_BITS",
             "7.3-1",
-            [({"vector": v}, oracle.normalize(v, 20)) for v in vectors]
+            [({"vector": v}, oracle.normalize(v, 20)) for v in unnormalized_vectors]
             + [({"vector": [0] * 4}, Rejection("degenerate-rotation"))],
         ),
         Unit("expand", "the rotation expanded from j, a, b, c", "7.2-5 7.2-6", expand_cases),
@@ -265,11 +265,13 @@ def _make_anchor_units() -> list[Unit]:
     ]
 
 
-def _count_anchors(gaussians: int, per_anchor: int, ratio: int, levels: int) -> list[int]:
-    counts = [-(-gaussians // per_anchor)]
-    while len(counts) < levels:
-        counts.append(max(1, counts[-1] // ratio))
-    return counts
+def _count_anchors(
+    gaussians: int, gaussians_per_anchor: int, anchor_ratio: int, level_count: int
+) -> list[int]:
+    anchor_counts = [-(-gaussians // gaussians_per_anchor)]
+    while len(anchor_counts) < level_count:
+        anchor_counts.append(max(1, anchor_counts[-1] // anchor_ratio))
+    return anchor_counts
 
 
 def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
@@ -277,7 +279,7 @@ def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
     scattered_positions = [list(g.position) for g in make_cloud(30, 21, 0, 4000)]
     corners = [[s * 8388607 for s in p] for p in product((-1, 1), repeat=3)]
     tied_positions = [[160 * (i // 16), 0, 0] for i in range(57)]
-    cases = [
+    inputs = [
         (grid, 7, 1, 3, 2, 3),
         (scattered_positions, 1 << 63, 5, 4, 3, 3),
         (corners, 3, 1, 2, 2, 2),
@@ -286,26 +288,26 @@ def _make_sample_cases() -> list[tuple[Input, list[list[int]]]]:
         (tied_positions, 5546942, 1, 8, 2, 1),
     ]
     sample_cases = []
-    for positions, seed, phase, per_anchor, ratio, levels in cases:
+    for positions, seed, phase, gaussians_per_anchor, anchor_ratio, level_count in inputs:
         ids = (
             [2 * i for i in range(len(positions))]
             if positions is scattered_positions
             else list(range(len(positions)))
         )
-        counts = _count_anchors(len(ids), per_anchor, ratio, levels)
+        anchor_counts = _count_anchors(len(ids), gaussians_per_anchor, anchor_ratio, level_count)
         position_tuples = [tuple(p) for p in positions]
         anchor_ids = [
             [ids[i] for i in oracle.sample(ids, position_tuples, phase, seed, level, count)]
-            for level, count in enumerate(counts, 1)
+            for level, count in enumerate(anchor_counts, 1)
         ]
         sample_input = {"ids": ids, "positions": positions, "seed": seed, "phase": phase}
         sample_cases.append(
             (
                 sample_input
                 | {
-                    "gaussians_per_anchor": per_anchor,
-                    "anchor_ratio": ratio,
-                    "level_count": levels,
+                    "gaussians_per_anchor": gaussians_per_anchor,
+                    "anchor_ratio": anchor_ratio,
+                    "level_count": level_count,
                 },
                 anchor_ids,
             )

@@ -108,9 +108,9 @@ def _make_field_streams() -> list[ValidStream]:
             )
         )
     equal_updates_stream = Stream(make_update_head()).add_canonical(0, make_cloud(10, 36))
-    rows = tuple(range(-6, 7))
+    residuals = tuple(range(-6, 7))
     equal_updates_stream.add_frame(
-        Change(make_moving_symbols(6, 1), updates=make_equal_updates(10, rows))
+        Change(make_moving_symbols(6, 1), updates=make_equal_updates(10, residuals))
     ).finish()
     streams.append(
         _make_update_stream(
@@ -141,12 +141,12 @@ def _make_extreme_streams() -> list[ValidStream]:
         CodedGaussian((i, 0, 0), codes=((-32767, 0, 32767)[i % 3],) * 16) for i in range(4)
     ]
     extreme_stream = Stream(make_update_head()).add_canonical(0, gaussians)
-    increase, decrease = (32767,) * 7, (-32767,) * 7
+    max_residuals, min_residuals = (32767,) * 7, (-32767,) * 7
     extreme_stream.add_frame(
-        Change(updates=(Update(0, (0,) * 6 + increase), Update(2, (0,) * 6 + decrease)))
+        Change(updates=(Update(0, (0,) * 6 + max_residuals), Update(2, (0,) * 6 + min_residuals)))
     )
     extreme_stream.add_frame(
-        Change(updates=(Update(0, (0,) * 6 + increase), Update(2, (0,) * 6 + decrease)))
+        Change(updates=(Update(0, (0,) * 6 + max_residuals), Update(2, (0,) * 6 + min_residuals)))
     ).finish()
     streams = [
         _make_update_stream(

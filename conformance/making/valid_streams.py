@@ -211,9 +211,9 @@ def _make_minimum_field_stream() -> Stream:
     fields = {"timescale": 1, "lattice_exponent": 0, "position_step": 1, "translation_step": 1}
     fields |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
     fields |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
-    steps = {"log_scale_step": 1e-45, "opacity_step": 1e-45, "meters_per_unit": -0.0}
+    float_fields = {"log_scale_step": 1e-45, "opacity_step": 1e-45, "meters_per_unit": -0.0}
     gaussians = [CodedGaussian((0, 0, 0), (0, 1, 0, 0)), CodedGaussian((1, 0, 0), (1, 0, -1, 0))]
-    stream = Stream(Head(**fields, **steps, right_handed=0)).add_canonical(0, gaussians)  # type: ignore[arg-type]
+    stream = Stream(Head(**fields, **float_fields, right_handed=0)).add_canonical(0, gaussians)  # type: ignore[arg-type]
     return stream.add_frame(Change(select_symbols((1, 1, [1, 0, 0, 0, 0, -1])))).finish()
 
 
