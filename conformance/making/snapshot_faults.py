@@ -235,10 +235,10 @@ def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
 def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     """Yield streams whose INDX has missing or wrong seek points."""
     chunks, offsets = parent.stream.chunks, parent.layout.offsets
-    frame_chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
+    seek_chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
     frames = [0, 3, 6, 8, 10]
     seek_points = [
-        (offsets[n], n, frame) for n, frame in zip(frame_chunk_indices, frames, strict=True)
+        (offsets[n], n, frame) for n, frame in zip(seek_chunk_indices, frames, strict=True)
     ]
     index_chunk_index = len(chunks) - 2
     canonical_points = [p for p in seek_points if chunks[p[1]].kind == b"CANO"]
@@ -263,7 +263,7 @@ def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
     rejected = Outcome((), ("index-mismatch",))
     yield replace(vector, seek=tuple((f, rejected) for f in (3, 4, 7)))
     swapped_points = [
-        (offsets[frame_chunk_indices[1]], frame_chunk_indices[1], 0),
+        (offsets[seek_chunk_indices[1]], seek_chunk_indices[1], 0),
         *seek_points[1:],
     ]
     chunks_with_index = parent.stream.replace_chunk(
