@@ -266,7 +266,7 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
 def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:
     """Return how many faint Gaussians to delete so that at most `target_count` remain.
 
-    If there are too few faint Gaussians, all of them are deleted, and more than `target_count`
+    If there are too few faint Gaussians, all of them are deleted, but more than `target_count`
     Gaussians remain.
     """
     header = state.scene.header

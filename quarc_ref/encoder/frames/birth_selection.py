@@ -1,4 +1,4 @@
-"""Selects births by rate and distortion: the loss they save is compared with their bytes.
+"""Rate-distortion selection of births: loss reduction is compared with the cost in bytes.
 
 A new Gaussian is selected if it lowers the loss over the training views by more than the cost of an
 average Gaussian in the births section. The selected Gaussians are coded only if together they lower
