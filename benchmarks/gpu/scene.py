@@ -100,7 +100,7 @@ def _choose_options(sizes: Sizes) -> SynthOptions:
 
 def _make_camera(name: str, camera: RigCamera, nearest: float) -> Camera:
     size = (camera.width, camera.height)
-    intrinsics = (camera.focal, camera.focal, camera.width / 2, camera.height / 2)
+    intrinsics = (camera.focal_length, camera.focal_length, camera.width / 2, camera.height / 2)
     rotation = tuple(camera.axes.ravel().tolist())
     translation = tuple((-camera.axes @ camera.center).tolist())
     return Camera(name, *size, *intrinsics, rotation, translation, _NEAR_FACTOR * nearest, False)

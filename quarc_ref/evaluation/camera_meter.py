@@ -88,7 +88,7 @@ class CameraMeter:
         """Return `[H, W]` masks of the unmasked moving pixels and the unmasked static pixels."""
         if self._background is None:
             return None, None
-        moving_mask = find_moving_region(view.image, self._background, view.mask)
+        moving_mask = find_moving_region(view.truth_levels, self._background, view.mask)
         if view.mask is None:
             return moving_mask, ~moving_mask
         return moving_mask & view.mask, ~moving_mask & view.mask

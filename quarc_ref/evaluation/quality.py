@@ -8,7 +8,7 @@ from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 # Heading, name of the metric, format.
-COLUMNS = (
+METRIC_COLUMNS = (
     ("PSNR", "psnr", ".2f"),
     ("cc", "cc_psnr", ".2f"),
     ("SSIM", "ssim", ".4f"),
@@ -65,7 +65,7 @@ class Quality:
 
     def headings(self) -> list[str]:
         """Return the headings of the metric columns of `as_rows`."""
-        return [heading for heading, metric, _ in COLUMNS if metric in self.mean()]
+        return [heading for heading, metric, _ in METRIC_COLUMNS if metric in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
         """Return rows of a name and the metrics: one row per camera and one for their mean."""
@@ -75,7 +75,7 @@ class Quality:
                 name,
                 *(
                     _format_metric(metrics[metric], format_spec)
-                    for _, metric, format_spec in COLUMNS
+                    for _, metric, format_spec in METRIC_COLUMNS
                     if metric in metrics
                 ),
             ]

@@ -19,7 +19,7 @@ class View:
     Attributes:
         frame: Ordinal of the frame.
         camera: Name of the camera.
-        image: `[H, W, 3]` ground truth in 8-bit levels.
+        truth_levels: `[H, W, 3]` ground truth in 8-bit levels.
         truth: `[H, W, 3]` ground truth from 0 to 1.
         decoded: `[H, W, 3]` rendering of the decoded scene from 0 to 1.
         psnr: PSNR, dB.
@@ -30,7 +30,7 @@ class View:
 
     frame: int
     camera: str
-    image: Image
+    truth_levels: Image
     truth: Picture
     decoded: Picture
     psnr: float
@@ -71,25 +71,25 @@ def measure_views(
 
 
 def make_view(
-    frame: int, camera: str, image: Image, picture: Picture, mask: Mask | None = None
+    frame: int, camera: str, truth_levels: Image, picture: Picture, mask: Mask | None = None
 ) -> View:
     """Measure a rendering against an 8-bit picture; return a view with both and the metrics.
 
     Args:
         frame: Ordinal of the frame.
         camera: Name of the camera.
-        image: `[H, W, 3]` ground truth in 8-bit levels.
+        truth_levels: `[H, W, 3]` ground truth in 8-bit levels.
         picture: `[H, W, 3]` rendering before clamping.
         mask: `[H, W]` mask of the pixels to use; None for all pixels.
     """
-    truth = image.astype(np.float32) / np.float32(255)
-    return make_view_with_truth(frame, camera, image, truth, picture, mask)
+    truth = truth_levels.astype(np.float32) / np.float32(255)
+    return make_view_with_truth(frame, camera, truth_levels, truth, picture, mask)
 
 
 def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
     frame: int,
     camera: str,
-    image: Image,
+    truth_levels: Image,
     truth: Picture,
     picture: Picture,
     mask: Mask | None = None,
@@ -99,7 +99,7 @@ def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
     Args:
         frame: Ordinal of the frame.
         camera: Name of the camera.
-        image: `[H, W, 3]` ground truth in 8-bit levels.
+        truth_levels: `[H, W, 3]` ground truth in 8-bit levels.
         truth: `[H, W, 3]` ground truth from 0 to 1, not rounded to 8-bit levels.
         picture: `[H, W, 3]` rendering before clamping.
         mask: `[H, W]` mask of the pixels to use; None or an empty mask stands for all pixels.
@@ -110,4 +110,4 @@ def make_view_with_truth(  # noqa: PLR0913, all are parts of the view
     else:
         decoded, truth = decoded * mask[..., None], truth * mask[..., None]
     psnr, ssim = measure_psnr(decoded, truth, mask), measure_ssim(decoded, truth, mask)
-    return View(frame, camera, image, truth, decoded, psnr, ssim, mask)
+    return View(frame, camera, truth_levels, truth, decoded, psnr, ssim, mask)

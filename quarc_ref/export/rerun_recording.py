@@ -56,14 +56,14 @@ class SequenceExporter:
         )
         sh_rest = np.zeros((len(colors), _REST_COEFFICIENT_COUNT, 3), dtype=np.float32)
         sh_rest[:, : splats.sh.shape[1] - 1] = splats.sh[:, 1:]
-        has_rest = splats.sh.shape[1] > 1
+        has_sh_rest = splats.sh.shape[1] > 1
         gaussians = rerun.GaussianSplats3D(
             splats.positions,
             scales=compute_scales(splats),
             quaternions=convert_to_xyzw(splats.rotations),
             colors=np.round(colors * 255).astype(np.uint8),
-            sh_coefficients=sh_rest if has_rest else None,
-            spherical_harmonics_degree=1 if has_rest else 0,
+            sh_coefficients=sh_rest if has_sh_rest else None,
+            spherical_harmonics_degree=1 if has_sh_rest else 0,
         )
         recording.log("world/splats", gaussians)
 

@@ -37,7 +37,7 @@ def render_band_pictures(sorted_projection: Projection, camera: Camera) -> Itera
         The rows of the picture, band by band.
     """
     full_band = make_full_band(camera)
-    band_row_count = max(1, MAX_BAND_PIXELS // (TILE * TILE * full_band.columns))
+    band_row_count = max(1, MAX_BAND_PIXELS // (TILE * TILE * full_band.column_count))
     for top in range(0, full_band.bottom, band_row_count):
         band = full_band._replace(top=top, bottom=min(top + band_row_count, full_band.bottom))
         picture = make_blank_rows(camera, band.top * TILE, min(band.bottom * TILE, camera.height))

@@ -133,7 +133,7 @@ def _clamp(value, low, high):
 
 
 @kernel
-def _find_tile_columns(row, ellipse, columns):
+def _find_tile_columns(row, ellipse, column_count):
     """Return the first and end tile column (exclusive) that an ellipse intersects in a tile row."""
     x, y, b, inverse_a, inverse_c, two_e_a, _, det, half_width, half_height = ellipse
     low = np.float32(row * TILE) + _HALF - y
@@ -150,9 +150,9 @@ def _find_tile_columns(row, ellipse, columns):
     )
     if not begin <= end:
         return 0, 0
-    first = int(math.floor(_clamp((x + begin - _HALF) / TILE, 0, columns)))
-    last = int(math.floor(_clamp((x + end - _HALF) / TILE, -1, columns)))
-    return first, min(last + 1, columns)
+    first = int(math.floor(_clamp((x + begin - _HALF) / TILE, 0, column_count)))
+    last = int(math.floor(_clamp((x + end - _HALF) / TILE, -1, column_count)))
+    return first, min(last + 1, column_count)
 
 
 @kernel
@@ -193,17 +193,17 @@ def _find_tile_rows(ellipse, top, bottom):
 @parallel_kernel
 def count_tiles(means2d, conics, max_exponents, band):
     """Return the `[N]` number of tiles of a band that each Gaussian intersects."""
-    top, bottom, columns = band
-    counts = np.zeros(max_exponents.size, dtype=np.int32)
+    top, bottom, column_count = band
+    tile_counts = np.zeros(max_exponents.size, dtype=np.int32)
     for i in numba.prange(max_exponents.size):
         if not max_exponents[i] > _0:
             continue
         ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
         first_row, end_row = _find_tile_rows(ellipse, top, bottom)
         for row in range(first_row, end_row):
-            first, end = _find_tile_columns(row, ellipse, columns)
-            counts[i] += max(end - first, 0)
-    return counts
+            first, end = _find_tile_columns(row, ellipse, column_count)
+            tile_counts[i] += max(end - first, 0)
+    return tile_counts
 
 
 @parallel_kernel
@@ -219,7 +219,7 @@ def list_tiles(means2d, conics, max_exponents, pair_starts, band):
         `[P]` indices of tiles, counted row by row within the band; `[P, 2]` first and end pixel row
         (exclusive) that the Gaussian intersects in each of these tiles.
     """
-    top, bottom, columns = band
+    top, bottom, column_count = band
     tiles = np.empty(pair_starts[-1], dtype=np.int32)
     pixel_rows = np.empty((pair_starts[-1], 2), dtype=np.uint8)
     for i in numba.prange(max_exponents.size):
@@ -229,9 +229,9 @@ def list_tiles(means2d, conics, max_exponents, pair_starts, band):
         ellipse = _compute_ellipse(i, means2d, conics, max_exponents)
         first_row, end_row = _find_tile_rows(ellipse, top, bottom)
         for row in range(first_row, end_row):
-            first, end = _find_tile_columns(row, ellipse, columns)
+            first, end = _find_tile_columns(row, ellipse, column_count)
             for column in range(first, end):
-                tiles[position] = (row - top) * columns + column
+                tiles[position] = (row - top) * column_count + column
                 pixel_rows[position, 0], pixel_rows[position, 1] = _find_pixel_rows(
                     row, column, ellipse
                 )

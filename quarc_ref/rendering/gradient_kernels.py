@@ -177,12 +177,15 @@ def raster_backward(
     Rows of the first `fixed_count` Gaussians are undefined.
     """
     height, width = transmittance.shape
-    columns = -(-width // TILE)
+    column_count = -(-width // TILE)
     pair_gradients = np.empty((lists.size, 9), dtype=np.float32)
     stride = choose_scatter_stride(tile_ids.size)
     for index in numba.prange(tile_ids.size):
         tile = index * stride % tile_ids.size
-        tile_top, tile_left = tile_ids[tile] // columns * TILE, tile_ids[tile] % columns * TILE
+        tile_top, tile_left = (
+            tile_ids[tile] // column_count * TILE,
+            tile_ids[tile] % column_count * TILE,
+        )
         rows = np.zeros((TILE, 6 * TILE), dtype=np.float32)
         for y in range(min(TILE, height - tile_top)):
             for x in range(min(TILE, width - tile_left)):

@@ -111,7 +111,7 @@ def bin_band(projection: Projection, order: Int32, band: Band, pair_counts: Int3
     pair_starts = np.concatenate(
         [np.zeros(1, dtype=np.int64), np.cumsum(pair_counts, dtype=np.int64)]
     )
-    first_tile, end_tile = band.top * band.columns, band.bottom * band.columns
+    first_tile, end_tile = band.top * band.column_count, band.bottom * band.column_count
     with KERNEL_LOCK:
         tiles, pixel_rows = binning_kernels.list_tiles(
             means2d, conics, max_exponents, pair_starts, tuple(band)

@@ -71,12 +71,12 @@ class Band(NamedTuple):
     Attributes:
         top: First row of tiles.
         bottom: End row (exclusive).
-        columns: Number of tiles per row.
+        column_count: Number of tiles per row.
     """
 
     top: int
     bottom: int
-    columns: int
+    column_count: int
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -133,11 +133,14 @@ def raster_forward(
     content, and the background must be black.
     """
     height, width = transmittance.shape
-    columns = -(-width // TILE)
+    column_count = -(-width // TILE)
     stride = choose_scatter_stride(tile_ids.size)
     for index in numba.prange(tile_ids.size):
         tile = index * stride % tile_ids.size
-        tile_top, tile_left = tile_ids[tile] // columns * TILE, tile_ids[tile] % columns * TILE
+        tile_top, tile_left = (
+            tile_ids[tile] // column_count * TILE,
+            tile_ids[tile] % column_count * TILE,
+        )
         rows = np.zeros((TILE, 4 * TILE), dtype=np.float32)
         rows[:, :TILE] = _1
         first_row = tile_top - top

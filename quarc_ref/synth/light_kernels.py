@@ -181,7 +181,7 @@ def _compute_ambient_light(
     x, y, z = _rotate_sample(normal, direction_index)
     ray, ambient_index = (*origin, x, y, z), scene_arrays.lights.shape[0]
     wall_distance, _ = find_wall_hit(scene_arrays.room, ray)
-    free_distance, _ = find_nearest_hit(
+    unoccluded_distance, _ = find_nearest_hit(
         scene_arrays.solids,
         occluders[ambient_index],
         occluder_counts[ambient_index],
@@ -191,8 +191,8 @@ def _compute_ambient_light(
     )
     up_share = 0.5 + 0.5 * normal[1]
     upper_weight, lower_weight = (
-        up_share * free_distance / _AMBIENT_RANGE,
-        (1 - up_share) * free_distance / _AMBIENT_RANGE,
+        up_share * unoccluded_distance / _AMBIENT_RANGE,
+        (1 - up_share) * unoccluded_distance / _AMBIENT_RANGE,
     )
     return (
         upper_weight * scene_arrays.ambient[0, 0] + lower_weight * scene_arrays.ambient[1, 0],

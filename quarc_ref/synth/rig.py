@@ -31,7 +31,7 @@ class RigCamera:
     Attributes:
         center: `[3]` position, world units.
         axes: `[3, 3]` rows: the directions right, down and forward in world space.
-        focal: Focal length, pixels.
+        focal_length: Focal length, pixels.
         width: Picture width, pixels.
         height: Picture height, pixels.
         color_matrix: `[3, 3]` matrix that maps the linear RGB of the scene to recorded linear RGB.
@@ -39,7 +39,7 @@ class RigCamera:
 
     center: Float64
     axes: Float64
-    focal: float
+    focal_length: float
     width: int
     height: int
     color_matrix: Float64
@@ -47,11 +47,11 @@ class RigCamera:
     def as_row(self) -> Float64:
         """Return the camera as `[15]` numbers for `render_kernels.render_picture`."""
         principal_point = (self.width / 2, self.height / 2)
-        return np.array([*self.center, *self.axes.ravel(), self.focal, *principal_point])
+        return np.array([*self.center, *self.axes.ravel(), self.focal_length, *principal_point])
 
     def to_world(self, pixels: Float64, depths: Float64) -> Float64:
         """Return the `[N, 3]` world points at pixel positions `[N, 2]` and depths `[N]`."""
-        directions = (pixels - (self.width / 2, self.height / 2)) / self.focal
+        directions = (pixels - (self.width / 2, self.height / 2)) / self.focal_length
         rays = np.column_stack((directions, np.ones(len(depths))))
         return self.center + depths[:, None] * (rays @ self.axes)
 
@@ -63,7 +63,7 @@ class RigCamera:
             max_depth: Maximum depth over all frames of the camera.
         """
         right, down, forward = self.axes
-        size = np.array([self.height, self.width, self.focal])
+        size = np.array([self.height, self.width, self.focal_length])
         pose = np.stack((down, right, -forward, self.center, size), axis=1)
         return np.array([*pose.ravel(), _NEAR_FACTOR * min_depth, _FAR_FACTOR * max_depth])
 
@@ -109,5 +109,5 @@ def _make_camera(
     half_field_of_view = (
         _HALL_HALF_FIELD_OF_VIEW if options.scene_variant.is_hall else _HALF_FIELD_OF_VIEW
     )
-    focal = options.width / (2 * math.tan(half_field_of_view))
-    return RigCamera(center, axes, focal, options.width, options.height, color_matrix)
+    focal_length = options.width / (2 * math.tan(half_field_of_view))
+    return RigCamera(center, axes, focal_length, options.width, options.height, color_matrix)

@@ -3,7 +3,7 @@ import pytest
 from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS
 from quarc_ref.cli.verbs.stream import describe_stream
 from quarc_ref.evaluation.comparison.tables import METRIC_COLUMNS, POINT_HEADINGS
-from quarc_ref.evaluation.quality import COLUMNS
+from quarc_ref.evaluation.quality import METRIC_COLUMNS as EVAL_METRIC_COLUMNS
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KINDS
 from tests.cli.commands import run
@@ -15,7 +15,7 @@ def _split_names(explanations):
 
 
 def test_every_column_of_eval_and_compare_is_explained():
-    assert {heading for heading, _, _ in COLUMNS} <= _split_names(EVAL_COLUMNS)
+    assert {heading for heading, _, _ in EVAL_METRIC_COLUMNS} <= _split_names(EVAL_COLUMNS)
     explained_names = _split_names(COMPARE_COLUMNS) | {
         "is"
     }  # the column `is` is explained in the row of `entry`

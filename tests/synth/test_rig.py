@@ -52,7 +52,7 @@ def test_a_pose_is_down_right_backwards_and_center_then_height_width_focal():
 
     np.testing.assert_array_equal(np.stack((right, down, -backwards)), camera.axes)
     np.testing.assert_array_equal(center, camera.center)
-    np.testing.assert_array_equal(size, (48, 64, camera.focal))
+    np.testing.assert_array_equal(size, (48, 64, camera.focal_length))
     assert 1.8 < pose[15] < 2
     assert 5 < pose[16] < 5.5
 
@@ -61,6 +61,8 @@ def test_a_pixel_and_its_depth_give_the_world_point():
     camera = place_cameras(SynthOptions())[5]
     points = np.array([[0.3, 0.5, -0.4], [-1.0, 0.1, 0.6]])
     x, y, depth = camera.axes @ (points - camera.center).T
-    pixels = np.stack((camera.focal * x / depth + 80, camera.focal * y / depth + 60), axis=1)
+    pixels = np.stack(
+        (camera.focal_length * x / depth + 80, camera.focal_length * y / depth + 60), axis=1
+    )
 
     np.testing.assert_allclose(camera.to_world(pixels, depth), points, atol=1e-12)

@@ -17,7 +17,7 @@ def _measure_speeds(seed):
     scene = make_scene(seed)
     centers = np.stack([scene.at_time(frame / 30).solids[:, :3] for frame in range(24)])
     x, y, depth = np.moveaxis((centers - camera.center) @ camera.axes.T, 2, 0)
-    pixels = camera.focal * np.stack((x, y), axis=2) / depth[..., None]
+    pixels = camera.focal_length * np.stack((x, y), axis=2) / depth[..., None]
     return np.linalg.norm(np.diff(pixels, axis=0), axis=2)
 
 

@@ -33,8 +33,8 @@ def _pack_with_room(*groups):
 
 def _project(camera, point):
     x, y, depth = camera.axes @ (point - camera.center)
-    column = camera.focal * x / depth + camera.width / 2
-    row = camera.focal * y / depth + camera.height / 2
+    column = camera.focal_length * x / depth + camera.width / 2
+    row = camera.focal_length * y / depth + camera.height / 2
     return int(row), int(column), depth
 
 

@@ -66,8 +66,8 @@ def test_points_have_the_colors_seen_by_other_cameras(folder, options):
     for index, camera in enumerate(place_cameras(options)):
         picture = VideoReader(folder / f"cam{index:02}.mp4").read(0)
         x, y, depth = camera.axes @ (points.positions - camera.center).T
-        column = np.floor(camera.focal * x / depth + options.width / 2).astype(int)
-        row = np.floor(camera.focal * y / depth + options.height / 2).astype(int)
+        column = np.floor(camera.focal_length * x / depth + options.width / 2).astype(int)
+        row = np.floor(camera.focal_length * y / depth + options.height / 2).astype(int)
         is_visible = (depth > 0) & (column >= 0) & (column < 48) & (row >= 0) & (row < 36)
         colors = picture[row[is_visible], column[is_visible]].astype(float)
         matches.append(np.abs(colors - points.colors[is_visible]).mean(axis=1))
