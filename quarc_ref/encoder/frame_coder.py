@@ -38,7 +38,7 @@ EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FrameStart:
-    """A frame whose Gaussians are bound to anchors: after its deaths, before its motion (SPEC 7.4).
+    """A frame after its deaths and before its motion; its Gaussians have anchors (SPEC 7.4).
 
     Attributes:
         previous: State of the previous frame.
