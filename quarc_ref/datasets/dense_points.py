@@ -87,7 +87,7 @@ def _make_confirmed_points(depth_view: _DepthView, depth_views: Sequence[_DepthV
     view, depths = depth_view.view, depth_view.depths
     rows, columns = np.nonzero(depths)
     rays = np.stack([columns, rows, np.ones_like(rows)], axis=1) @ np.linalg.inv(view.matrix).T
-    camera_positions = rays * depths[rows, columns, None]
+    camera_positions: Float64Array = rays * depths[rows, columns, None]
     agreement = _measure_agreement(view.to_world(camera_positions), depth_views)
     is_confirmed = (agreement.agreeing_counts >= _MIN_AGREEING_CAMERAS) & (
         agreement.contradicting_counts < agreement.agreeing_counts
