@@ -32,8 +32,10 @@ def choose_background_frames(frame_count: int) -> list[int]:
     Args:
         frame_count: Number of frames of the capture.
     """
-    count = min(frame_count, _MAX_BACKGROUND_FRAMES)
-    frames: list[int] = np.linspace(0, frame_count - 1, count).round().astype(int).tolist()
+    background_frame_count = min(frame_count, _MAX_BACKGROUND_FRAMES)
+    frames: list[int] = (
+        np.linspace(0, frame_count - 1, background_frame_count).round().astype(int).tolist()
+    )
     return frames
 
 

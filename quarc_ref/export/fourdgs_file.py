@@ -78,18 +78,18 @@ def make_sample(frame: Frame, start_time: float) -> Any:  # noqa: ANN401
     from fourdgs import GaussianSet
     from fourdgs.keyframe_delta_writer import Sample
 
-    splats, count = frame.splats, frame.scene.count
+    splats, gaussian_count = frame.splats, frame.scene.count
     opacities = compute_opacities(splats)[:, None]
     gaussians = GaussianSet(
         positions=splats.positions,
         scales=compute_scales(splats),
         rotations=convert_to_xyzw(splats.rotations),
         colors=np.concatenate([compute_base_colors(splats), opacities], axis=1),
-        motions=np.zeros((count, 3), dtype=np.float32),
-        mu_t=np.zeros(count),
-        sigma_t=np.full(count, _CONSTANT_OPACITY_SIGMA),
-        win_lo=np.zeros(count),
-        win_hi=np.full(count, np.inf),
+        motions=np.zeros((gaussian_count, 3), dtype=np.float32),
+        mu_t=np.zeros(gaussian_count),
+        sigma_t=np.full(gaussian_count, _CONSTANT_OPACITY_SIGMA),
+        win_lo=np.zeros(gaussian_count),
+        win_hi=np.full(gaussian_count, np.inf),
     )
     return Sample(start_time, frame.scene.ids, gaussians)
 
@@ -124,18 +124,18 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
     with _convert_errors():
         duration, frame_rate, sample_at = _open_file(data)
     frame_rate = frames_per_second or frame_rate
-    count = round(duration * frame_rate)
-    if not (0 < duration < np.inf and 0 < count <= _MAX_FRAMES):
-        message = f"the file has {count} frames; from 1 to {_MAX_FRAMES} are allowed"
+    frame_count = round(duration * frame_rate)
+    if not (0 < duration < np.inf and 0 < frame_count <= _MAX_FRAMES):
+        message = f"the file has {frame_count} frames; from 1 to {_MAX_FRAMES} are allowed"
         raise ValueError(message)
 
     def read() -> Iterator[tuple[Splats, Int64]]:
-        for index in range(count):
+        for index in range(frame_count):
             with _convert_errors():
                 frame = sample_at((index + 0.5) / frame_rate)
             yield frame
 
-    return FourdgsFrames(count, frame_rate, read)
+    return FourdgsFrames(frame_count, frame_rate, read)
 
 
 @contextmanager

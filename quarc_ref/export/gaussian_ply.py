@@ -35,8 +35,10 @@ def build_ply(splats: Splats) -> bytes:
 
 
 def _list_columns(splats: Splats) -> dict[str, NDArray[np.float32]]:
-    count, coefficient_count, _ = splats.sh.shape
-    sh_rest = splats.sh[:, 1:].transpose(0, 2, 1).reshape(count, 3 * (coefficient_count - 1))
+    gaussian_count, coefficient_count, _ = splats.sh.shape
+    sh_rest = (
+        splats.sh[:, 1:].transpose(0, 2, 1).reshape(gaussian_count, 3 * (coefficient_count - 1))
+    )
     array_by_names = {
         ("x", "y", "z"): splats.positions,
         ("nx", "ny", "nz"): np.zeros_like(splats.positions),
@@ -68,9 +70,10 @@ def parse_ply(data: bytes) -> Splats:
     header = parse_ply_header(data)
     rest_count = sum(name.startswith("f_rest_") for name in header.property_types)
     if rest_count not in _SH_REST_COUNTS:
-        counts = ", ".join(map(str, _SH_REST_COUNTS))
+        allowed_counts = ", ".join(map(str, _SH_REST_COUNTS))
         message = (
-            f"the file has {rest_count} properties f_rest_*, but SH of degree 0 to 3 have {counts}"
+            f"the file has {rest_count} properties f_rest_*, but SH of degree 0 to 3 have "
+            f"{allowed_counts}"
         )
         raise ValueError(message)
     names = [*_REQUIRED_PROPERTIES, *_name_rest_properties(rest_count)]
@@ -94,10 +97,12 @@ def _build_splats(columns: dict[str, NDArray[np.float32]], rest_count: int) -> S
     if not lengths.all():
         message = "a rotation in the file is the zero quaternion"
         raise ValueError(message)
-    count = len(rotations)
+    gaussian_count = len(rotations)
     sh = stack(*(f"f_dc_{i}" for i in range(3)))[:, None]
     if rest_count:
-        channel_rest = stack(*_name_rest_properties(rest_count)).reshape(count, 3, rest_count // 3)
+        channel_rest = stack(*_name_rest_properties(rest_count)).reshape(
+            gaussian_count, 3, rest_count // 3
+        )
         sh = np.concatenate([sh, channel_rest.transpose(0, 2, 1)], axis=1)
     return Splats(
         stack("x", "y", "z"),
@@ -117,5 +122,5 @@ def _to_float32(column: NDArray[np.generic]) -> NDArray[np.float32]:
     return numbers
 
 
-def _name_rest_properties(count: int) -> list[str]:
-    return [f"f_rest_{i}" for i in range(count)]
+def _name_rest_properties(rest_count: int) -> list[str]:
+    return [f"f_rest_{i}" for i in range(rest_count)]

@@ -50,15 +50,15 @@ def flatten_camera(camera: Camera) -> Float32:
 
 def project(camera: Camera, gaussians: SplatRows) -> Projection:
     """Project Gaussians to the picture plane of a camera."""
-    count = gaussians.means.shape[0]
+    gaussian_count = gaussians.means.shape[0]
     projection = Projection(
-        np.zeros((count, 2), dtype=np.float32),
-        np.zeros((count, 3), dtype=np.float32),
-        np.zeros((count, 3), dtype=np.float32),
+        np.zeros((gaussian_count, 2), dtype=np.float32),
+        np.zeros((gaussian_count, 3), dtype=np.float32),
+        np.zeros((gaussian_count, 3), dtype=np.float32),
         gaussians.opacities,
-        np.zeros(count, dtype=np.float32),
-        np.zeros(count, dtype=np.float32),
-        np.zeros(count, dtype=np.float32),
+        np.zeros(gaussian_count, dtype=np.float32),
+        np.zeros(gaussian_count, dtype=np.float32),
+        np.zeros(gaussian_count, dtype=np.float32),
     )
     with KERNEL_LOCK:
         projection_kernels.project_forward(

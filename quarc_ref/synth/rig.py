@@ -86,10 +86,10 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
     )
 
 
-def _make_color_matrices(count: int, options: SynthOptions) -> Float64:
-    """Return `[count, 3, 3]` color matrices, all identity if `camera_gain_spread` is 0."""
+def _make_color_matrices(camera_count: int, options: SynthOptions) -> Float64:
+    """Return `[camera_count, 3, 3]` color matrices, all identity if `camera_gain_spread` is 0."""
     spread = options.scene_variant.camera_gain_spread
-    random_numbers = make_generator(options.seed, "films").standard_normal((count, 4, 3))
+    random_numbers = make_generator(options.seed, "films").standard_normal((camera_count, 4, 3))
     gains = np.exp(spread * (0.95 * random_numbers[:, 0, :1] + 0.3 * random_numbers[:, 1]))
     return np.eye(3) * gains[:, None] + spread / 10 * random_numbers[:, 1:]
 

@@ -31,30 +31,30 @@ def list_candidates(scene_arrays, candidates, start, start_radius, end, end_radi
         Number of candidates.
     """
     cone = (*start, start_radius, *end, end_radius)
-    count = 0
+    candidate_count = 0
     for group in range(scene_arrays.groups.shape[0]):
         if not _intersects_cone(scene_arrays.groups, group, cone):
             continue
         for i in range(int(scene_arrays.groups[group, 4]), int(scene_arrays.groups[group, 5])):
             if _intersects_cone(scene_arrays.solids, i, cone):
-                candidates[count] = i
-                count += 1
-    return count
+                candidates[candidate_count] = i
+                candidate_count += 1
+    return candidate_count
 
 
 @inlined_kernel
-def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_index):
+def find_nearest_hit(solids, candidates, candidate_count, ray, nearest_distance, nearest_index):
     """Return the distance and index of the nearest candidate, or the earlier hit if it is nearer.
 
     Args:
         solids: Solids of the scene.
         candidates: `[S]` indices of the solids that the ray can hit.
-        count: Number of candidates.
+        candidate_count: Number of candidates.
         ray: Origin and unit direction of the ray, six numbers.
         nearest_distance: Distance of the nearest earlier hit.
         nearest_index: Index of the surface of the nearest earlier hit.
     """
-    for j in range(count):
+    for j in range(candidate_count):
         i = candidates[j]
         if _intersects_sphere(solids, i, ray, nearest_distance):
             distance = _find_solid_entry(solids, i, ray)
@@ -64,9 +64,9 @@ def find_nearest_hit(solids, candidates, count, ray, nearest_distance, nearest_i
 
 
 @inlined_kernel
-def is_occluded(solids, candidates, count, ray, max_distance):
+def is_occluded(solids, candidates, candidate_count, ray, max_distance):
     """Return whether a candidate blocks a ray within a distance limit."""
-    for j in range(count):
+    for j in range(candidate_count):
         i = candidates[j]
         if (
             _intersects_sphere(solids, i, ray, max_distance)

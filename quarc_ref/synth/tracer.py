@@ -43,7 +43,7 @@ def trace_points(
     scene_arrays: SceneArrays,
     camera: RigCamera,
     picture: Image,
-    count: int,
+    point_count: int,
     generator: np.random.Generator,
 ) -> Points:
     """Sample points on the surfaces that a camera sees, similar to structure-from-motion points.
@@ -52,16 +52,16 @@ def trace_points(
         scene_arrays: Arrays of the scene.
         camera: The camera that sees the points.
         picture: The camera's picture, from which the colors of the points are taken.
-        count: Number of points; each point is sampled at a random pixel.
+        point_count: Number of points; each point is sampled at a random pixel.
         generator: Random number generator for the pixels and for the noise of the positions.
     """
-    rows = generator.integers(camera.height, size=count)
-    columns = generator.integers(camera.width, size=count)
+    rows = generator.integers(camera.height, size=point_count)
+    columns = generator.integers(camera.width, size=point_count)
     pixels = np.stack((columns, rows), axis=1).astype(np.float64) + 0.5
-    depths = np.empty(count)
+    depths = np.empty(point_count)
     measure_depths(scene_arrays, camera.as_row(), pixels, depths)
     positions = camera.to_world(pixels, depths) + _POINT_NOISE * generator.standard_normal(
-        (count, 3)
+        (point_count, 3)
     )
     return Points(positions.astype(np.float32), picture[rows, columns])
 

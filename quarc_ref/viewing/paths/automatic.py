@@ -22,7 +22,7 @@ _SPIRAL_EXTENT_FACTOR = 0.5  # relative to the largest distance of a camera from
 
 
 def plan_orbit(
-    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, count: int
+    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, pose_count: int
 ) -> list[Pose]:
     """Plan a circle at constant height around the point that the cameras look at.
 
@@ -30,7 +30,7 @@ def plan_orbit(
         cameras: Cameras of the stream.
         first_camera: Camera at which the circle starts.
         up_axis: Up axis from the stream's header.
-        count: Number of poses, evenly spaced on the closed circle.
+        pose_count: Number of poses, evenly spaced on the closed circle.
 
     Raises:
         PathError: The up direction is unknown, or the first camera is vertically above or
@@ -55,12 +55,12 @@ def plan_orbit(
             up,
             first_pose.view_angle,
         )
-        for angle in (2 * math.pi * index / count for index in range(count))
+        for angle in (2 * math.pi * index / pose_count for index in range(pose_count))
     ]
 
 
 def plan_spiral(
-    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, count: int
+    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, pose_count: int
 ) -> list[Pose]:
     """Plan a spiral in front of a forward-facing scene; all poses look at the scene's center.
 
@@ -68,7 +68,7 @@ def plan_spiral(
         cameras: Cameras of the stream.
         first_camera: Camera whose field of view is used.
         up_axis: Up axis from the stream's header.
-        count: Number of poses.
+        pose_count: Number of poses.
 
     Raises:
         PathError: The up direction is unknown.
@@ -79,8 +79,8 @@ def plan_spiral(
     axes = look_at(mean_eye, center, up, 1.0).axes
     extent = _SPIRAL_EXTENT_FACTOR * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
     poses = []
-    for index in range(count):
-        angle = 2 * math.pi * _SPIRAL_TURNS * index / count
+    for index in range(pose_count):
+        angle = 2 * math.pi * _SPIRAL_TURNS * index / pose_count
         direction: Vector = np.array([math.cos(angle), math.sin(angle), math.sin(angle / 2)])
         poses.append(
             look_at(
@@ -94,14 +94,14 @@ def plan_spiral(
 
 
 def plan_tour(
-    cameras: Sequence[Camera], first_camera: Camera, _up_axis: int, count: int
+    cameras: Sequence[Camera], first_camera: Camera, _up_axis: int, pose_count: int
 ) -> list[Pose]:
     """Plan a smooth path through all cameras, from each camera to the nearest remaining one.
 
     Args:
         cameras: Cameras of the stream.
         first_camera: Camera at which the path starts.
-        count: Number of poses, including the pose of the last camera.
+        pose_count: Number of poses, including the pose of the last camera.
     """
     remaining_poses = [
         get_camera_pose(camera) for camera in cameras if camera.name != first_camera.name
@@ -116,7 +116,7 @@ def plan_tour(
     # Splines need increasing times, even if two cameras have the same position.
     min_length = max(sum(lengths) * 1e-3, 1e-6)
     times = np.concatenate([[0.0], np.cumsum(np.maximum(lengths, min_length))])
-    return interpolate_poses(times, tour_poses, np.linspace(0, times[-1], count))
+    return interpolate_poses(times, tour_poses, np.linspace(0, times[-1], pose_count))
 
 
 PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {

@@ -48,16 +48,18 @@ class Keyframes:
         Raises:
             PathError: The path has too many pictures.
         """
-        count = float(self.times[-1]) * frames_per_second + 1
-        if count > _MAX_PICTURES:
-            message = f"the path has {count:.0f} pictures; at most {_MAX_PICTURES:,} are allowed"
+        picture_count = float(self.times[-1]) * frames_per_second + 1
+        if picture_count > _MAX_PICTURES:
+            message = (
+                f"the path has {picture_count:.0f} pictures; at most {_MAX_PICTURES:,} are allowed"
+            )
             raise PathError(message)
-        return math.floor(count + 1e-6)
+        return math.floor(picture_count + 1e-6)
 
     def interpolate(self, frames_per_second: float) -> list[Pose]:
         """Return the interpolated pose of each picture."""
-        count = self.count_pictures(frames_per_second)
-        times = np.minimum(np.arange(count) / frames_per_second, self.times[-1])
+        picture_count = self.count_pictures(frames_per_second)
+        times = np.minimum(np.arange(picture_count) / frames_per_second, self.times[-1])
         return interpolate_poses(self.times, self.poses, times)
 
     def list_frames(self, frames_per_second: float, first: int, last: int) -> list[int]:

@@ -37,11 +37,11 @@ def plan_pictures(
         message = "the stream has none of the requested frames"
         raise PathError(message)
     if path_name in PATH_PLANNERS:
-        count = picture_count or frame_count
+        pose_count = picture_count or frame_count
         poses = PATH_PLANNERS[path_name](
-            outline.cameras, reference_camera, outline.header.up_axis, count
+            outline.cameras, reference_camera, outline.header.up_axis, pose_count
         )
-        frames = [first_frame + index * frame_count // count for index in range(count)]
+        frames = [first_frame + index * frame_count // pose_count for index in range(pose_count)]
     else:
         if picture_count is not None:
             message = (
