@@ -67,7 +67,7 @@ class EncodeStatus:
         if self._psnr_samples:
             parts.append(f"{fmean(self._psnr_samples):.1f} dB train")
         if self._gaussian_count:
-            parts.append(f"{self._gaussians:,} Gaussians")
+            parts.append(f"{self._gaussian_count:,} Gaussians")
         if self._byte_count:
             parts.append(f"{self._byte_count / _KILOBYTE:,.1f} KB")
         seconds_left = None if self._forecast is None else self._forecast.seconds_left()
