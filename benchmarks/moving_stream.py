@@ -71,7 +71,7 @@ class Job:
     sparse: bool = False
 
     def make_header(self) -> StreamHeader:
-        """Return the stream header, with the lowest conformance level that allows the Gaussians."""
+        """Return the stream header, with the lowest level that allows this number of Gaussians."""
         level = min(
             number for number, limits in LEVELS.items() if limits.gaussians >= self.gaussians
         )

@@ -61,7 +61,7 @@ def _parse_arguments() -> argparse.Namespace:
         action="store_true",
         help="judge streams with hostile values and correct CRCs, decoded by both engines",
     )
-    add("--series", type=int, default=0, metavar="S", help="number of the series of mutants")
+    add("--series", type=int, default=0, metavar="S", help="seed of the series of mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
     add(
         "--out",

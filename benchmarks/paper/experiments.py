@@ -217,7 +217,7 @@ def _make_frequent_resampling_trial(base_config: EncoderConfig) -> Trial:
 def _define_sweep(
     name: str, title: str, setting: str, values: Sequence[int], axis: str
 ) -> Callable[[EncoderConfig], Experiment]:
-    """Return a function that makes an experiment, which compares several values of a setting."""
+    """Return a function that makes an experiment that compares several values of a setting."""
 
     def make_experiment(base_config: EncoderConfig) -> Experiment:
         points = [

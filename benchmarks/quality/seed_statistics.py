@@ -10,7 +10,7 @@ Figures = Mapping[str, float | None]
 
 @dataclass(frozen=True, slots=True)
 class Statistics:
-    """Mean and standard deviation of a figure over seeds.
+    """Mean and standard deviation of a metric over seeds.
 
     Attributes:
         mean: Mean over the seeds.
@@ -46,7 +46,7 @@ class Difference:
 
 
 def summarize(values: Sequence[float]) -> Statistics:
-    """Return the mean and deviation of a figure.
+    """Return the mean and standard deviation of a metric.
 
     Args:
         values: One value per seed; at least one value.

@@ -85,7 +85,7 @@ def make_damaged_vector(
     recovery: Recovery,
     note: str,
 ) -> Vector:
-    """Return a patched valid stream with its expected output, without and with recovery."""
+    """Return a patched copy of a valid stream, with its output with and without recovery."""
     return replace(
         make_patched_vector(parent, name, clauses, data, outcome, note), recover=recovery
     )

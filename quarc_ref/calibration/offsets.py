@@ -52,7 +52,7 @@ class Offsets:
     Attributes:
         method: Method by which the offsets were estimated; `NONE` if they were not estimated.
         frame_offsets: Offsets by camera name: frame `t` of the rig is frame `t + offset` of the
-            camera's recording. Unreliable offsets are set to 0, the median of all offsets.
+            camera's recording. Offsets are relative to their median; unreliable ones are 0.
         confidence: Confidence of each offset by camera name, as in `alignment.Shift`; empty if
             `method` is `NONE`.
     """

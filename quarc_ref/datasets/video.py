@@ -2,7 +2,7 @@
 
 Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`: FFmpeg's scaler
 upsamples chroma and converts to RGB with its default settings. Frames are numbered in the order of
-their time stamps. The number of frames is found by counting packets, because headers can be wrong.
+their timestamps. The number of frames is found by counting packets, because headers can be wrong.
 Only one thread may use a `VideoReader` at a time.
 """
 
@@ -31,7 +31,7 @@ class VideoReader:
     preceding key frame to the requested frame.
 
     Args:
-        path: Path of a file in a format with time stamps: mp4, mov, mkv or webm.
+        path: Path of a file in a format with timestamps: mp4, mov, mkv or webm.
 
     Attributes:
         path: Path of the file.
@@ -179,7 +179,7 @@ def _list_packets(container: InputContainer, stream: VideoStream, path: Path) ->
 
 def _make_packet(packet: "av.Packet[VideoStream]", path: Path) -> _Packet:
     if packet.pts is None:
-        message = f"{path} has frames without time stamps: convert it to an mp4 file"
+        message = f"{path} has frames without timestamps: convert it to an mp4 file"
         raise UnreadableVideoError(message)
     duration = packet.duration or 0
     decode_time = packet.pts if packet.dts is None else packet.dts

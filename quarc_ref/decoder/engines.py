@@ -31,7 +31,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
         raise EnvironmentVariableError(message)
     make_fast_engine = None if engine_name == REFERENCE else find_fast_engine()
     if make_fast_engine is None and engine_name == FAST:
-        message = "QUARC_REF_ENGINE is fast, but quarc_core is not installed: see core/README.md"
+        message = "QUARC_REF_ENGINE is 'fast', but quarc_core is not installed: see core/README.md"
         raise EnvironmentVariableError(message)
     return make_fast_engine(threads) if make_fast_engine else ReferenceEngine()
 

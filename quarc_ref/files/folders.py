@@ -100,7 +100,7 @@ def _require_available(target: Path, *, replace: bool) -> None:
     if not os.path.lexists(target):
         return
     if target.is_symlink() or not target.is_dir():
-        message = f"{target} is a symbolic link or not a folder"
+        message = f"{target} is a symbolic link, or is not a folder"
         raise OutputPathError(message)
     require_no_foreign_files(target)
     if any(target.iterdir()):

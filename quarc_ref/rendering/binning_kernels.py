@@ -157,7 +157,7 @@ def _find_tile_columns(row, ellipse, column_count):
 
 @kernel
 def _find_pixel_rows(row, column, ellipse):
-    """Return the first and the end pixel row (exclusive) that an ellipse intersects in a tile."""
+    """Return the first and the end row (exclusive) of the part of a tile in an ellipse."""
     x, y, b, inverse_a, inverse_c, _, two_e_c, det, half_width, half_height = ellipse
     low = np.float32(column * TILE) + _HALF - x
     begin, end = _compute_extent(

@@ -124,7 +124,7 @@ def test_a_folder_with_foreign_files_is_unchanged(make, old_folder):
 def test_a_file_or_a_link_is_not_treated_as_a_folder(kind, make, old_folder):
     place = old_folder.parent / kind
     place.write_text("mine") if kind == "file" else place.symlink_to(old_folder)
-    with pytest.raises(OutputPathError, match="is a symbolic link or not a folder"):
+    with pytest.raises(OutputPathError, match="is a symbolic link, or is not a folder"):
         _make_folder(place, make=make, replace=True)
 
     assert place.is_symlink() == (kind == "link")

@@ -123,7 +123,7 @@ def filter_maximum(image: Tensor, radius: int) -> Tensor:
 
     Args:
         image: `[H, W]` nonnegative numbers.
-        radius: Distance from the center pixel to the edge pixels of the square, pixels.
+        radius: Distance in pixels from the center pixel to the edge pixels of the square.
     """
     for axis in (0, 1):
         padding = (0, 0, radius, radius) if axis == 0 else (radius, radius, 0, 0)

@@ -1,4 +1,4 @@
-"""Recolors a stream without fitting it again: only SH steps and codes of SH DC change.
+"""Recolors a stream without refitting it: only the SH steps and the SH DC codes change.
 
 A color is 0.5 + C0 s, where s is an SH DC coefficient (SPEC 10.2). A gain scales the
 quantization steps of SH and adds a constant to the codes of SH DC. A color offset also adds a

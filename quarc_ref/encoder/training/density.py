@@ -132,7 +132,7 @@ def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
 def sample_offsets(
     attributes: Attributes, scale_factor: float, generator: torch.Generator
 ) -> Tensor:
-    """Sample `[N, 3]` offsets that are distributed like the Gaussians, scaled by `scale_factor`."""
+    """Sample an offset from each Gaussian, scaled by `scale_factor`; returns `[N, 3]`."""
     noise = torch.randn(attributes.means.shape, generator=generator).to(attributes.means.device)
     local_offsets = noise * torch.exp(attributes.log_scales) * scale_factor
     unit_quaternions = torch.nn.functional.normalize(attributes.rotations, dim=1)

@@ -69,7 +69,7 @@ def round_rotations(quaternions: Tensor, fraction_bits: int) -> Tensor:
 
 
 def split_rotations(unit_quaternions: Tensor, fraction_bits: int) -> tuple[Tensor, Tensor]:
-    """Return `[N]` indices of the largest components, and the `[N, 3]` others in steps.
+    """Return the `[N]` indices of the largest components, and the `[N, 3]` others as step counts.
 
     The sign of each quaternion is chosen so that the largest component is positive.
     """

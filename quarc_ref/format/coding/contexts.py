@@ -33,7 +33,7 @@ class ContextCounts:
         return self._extended_counts(model, int(contexts[-1]))[:, contexts]
 
     def compute_weights(self, model: str, contexts: Int64) -> Int64:
-        """Return the `[n]` weights of a 1 bit (out of 2^24) in ascending contexts of a model."""
+        """Return the `[n]` weights (8.2) of bits that are 1, in ascending contexts of a model."""
         zeros, ones = self.look_up_counts(model, contexts)
         weights: Int64 = ((2 * ones + 1) << WEIGHT_BITS) // (2 * (zeros + ones) + 2)
         return weights

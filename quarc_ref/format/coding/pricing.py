@@ -16,8 +16,8 @@ def saves_bits(zeros: Int64, ones: Int64, context_weights: Int64, fitted_weights
     Args:
         zeros: `[n]` number of 0 bits in each context.
         ones: `[n]` number of 1 bits in each context.
-        context_weights: `[n]` weights of a 1 bit if no probability is written.
-        fitted_weights: `[n]` weights of a 1 bit if the probability is written explicitly.
+        context_weights: `[n]` weights (8.2) of bits that are 1, if no probability is written.
+        fitted_weights: `[n]` weights of bits that are 1, if the probability is written.
 
     Returns:
         `[n]` whether an explicit probability saves bits in each context.
