@@ -31,6 +31,7 @@ PAPER_PRESET = "paper"
 _DESCRIPTION = (
     "Compare the size of streams with the paper's estimate, compressors and other splat formats."
 )
+# Maximum size of the canonical frame, relative to a file of the same scene in each format.
 _MAX_STILL_SIZE_RATIOS = {"spz": 0.8, "sog": 1.0}
 
 

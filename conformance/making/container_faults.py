@@ -1,4 +1,4 @@
-"""invalid/: streams with one fault in the container (SPEC 5.1, 5.2, 5.8, 5.9, 12)."""
+"""Makes the streams in invalid/ with one fault in the container (SPEC 5.1, 5.2, 5.8, 5.9, 12)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""damaged/: streams with transmission errors, and the frames that can still be decoded.
+"""Makes the streams in damaged/, with transmission errors, and the frames that survive.
 
 The errors are truncation, flipped bits, and lost, repeated, reordered or additional bytes. Each
 vector has the expected output of decoding with and without recovery (SPEC 11.4, 11.5).

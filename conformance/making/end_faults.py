@@ -1,4 +1,4 @@
-"""invalid/: faults in INDX and TAIL, and data after TAIL (SPEC 5.8, 5.9)."""
+"""Makes vectors in invalid/: faults in INDX and TAIL, and data after TAIL (SPEC 5.8, 5.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""invalid/: magic, version, features and fields of HEAD (SPEC 5.1, 5.3, 12)."""
+"""Makes vectors in invalid/: magic, version, features, fields of HEAD (SPEC 5.1, 5.3, 12)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

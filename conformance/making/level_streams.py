@@ -1,4 +1,4 @@
-"""levels/: streams at the limits of their levels, or 1 beyond a limit (SPEC 3.2)."""
+"""Makes the streams in levels/, at a limit of their level or 1 beyond it (SPEC 3.2)."""
 
 import zlib
 from dataclasses import replace

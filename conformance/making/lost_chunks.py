@@ -1,4 +1,4 @@
-"""damaged/: chunks that are lost, repeated or reordered."""
+"""Makes vectors in damaged/: chunks that are lost, repeated or reordered."""
 
 from dataclasses import replace
 

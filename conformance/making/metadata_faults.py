@@ -1,4 +1,4 @@
-"""invalid/: faults in the fields of `came` and `meta` (SPEC 5.6, 5.7)."""
+"""Makes vectors in invalid/: faults in the fields of `came` and `meta` (SPEC 5.6, 5.7)."""
 
 import struct
 from collections.abc import Iterable

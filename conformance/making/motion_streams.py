@@ -1,4 +1,4 @@
-"""streams/: motion, births and deaths; each stream tests one feature."""
+"""Makes streams in streams/; each tests one feature of motion, births or deaths."""
 
 from making.changes import Change
 from making.payloads import Head

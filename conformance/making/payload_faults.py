@@ -1,4 +1,4 @@
-"""invalid/: streams with one fault in the fields of a payload (SPEC 5.4, 5.5, 7.2, 7.4)."""
+"""Makes vectors in invalid/ with one fault in a payload field (SPEC 5.4, 5.5, 7.2, 7.4)."""
 
 import struct
 from collections.abc import Iterable

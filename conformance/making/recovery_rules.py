@@ -1,4 +1,4 @@
-"""damaged/: streams to which several rules of recovery apply (SPEC 11.4)."""
+"""Makes the streams in damaged/ to which several recovery rules apply (SPEC 11.4)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

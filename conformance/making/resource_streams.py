@@ -1,4 +1,4 @@
-"""resource/: small inputs for which a careless decoder needs much time or memory (SPEC 13)."""
+"""Makes small inputs, in resource/, that cost a careless decoder time or memory (SPEC 13)."""
 
 import zlib
 from dataclasses import replace

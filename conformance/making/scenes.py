@@ -70,7 +70,7 @@ def make_moving_symbols(
 
 
 def select_symbols(*entries: tuple[int, int, Sequence[int]]) -> SymbolChoice:
-    """Return the symbols of `entries` (level, anchor, symbols); no other anchor moves."""
+    """Return a function that gives the anchors in `entries` their symbols; no others move."""
     symbols_by_anchor = {(level, anchor): symbols for level, anchor, symbols in entries}
     return lambda level, anchor: symbols_by_anchor.get((level, anchor))
 

@@ -1,4 +1,4 @@
-"""invalid/ and damaged/: faults in snapshots (SPEC 5.10, 7.9, 8.9, 11)."""
+"""Makes vectors in invalid/ and damaged/: faults in snapshots (SPEC 5.10, 7.9, 8.9, 11)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""streams/ and traps/: streams with snapshots (SPEC 7.9, 8.9)."""
+"""Makes the streams with snapshots in streams/ and traps/ (SPEC 7.9, 8.9)."""
 
 from typing import Any
 

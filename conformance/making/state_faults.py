@@ -1,4 +1,4 @@
-"""invalid/: frames whose state is invalid (SPEC 7, 9)."""
+"""Makes vectors in invalid/: frames whose state is invalid (SPEC 7, 9)."""
 
 import zlib
 from collections.abc import Callable, Iterable

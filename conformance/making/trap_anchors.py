@@ -1,4 +1,4 @@
-"""traps/: the number of anchors, and which Gaussians they are (SPEC 6.1 to 6.3)."""
+"""Makes vectors in traps/ for the number and the choice of anchors (SPEC 6.1 to 6.3)."""
 
 from itertools import product
 

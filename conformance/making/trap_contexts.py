@@ -1,4 +1,4 @@
-"""traps/: contexts, counts and words (SPEC 8)."""
+"""Makes vectors in traps/ for contexts, counts and words (SPEC 8)."""
 
 from making.changes import Change, CodedGaussian
 from making.payloads import Head

@@ -1,4 +1,4 @@
-"""traps/: the edges of the lattice, and distances that are nearly equal (SPEC 6.4, 7.2)."""
+"""Makes vectors in traps/ for lattice edges and nearly equal distances (SPEC 6.4, 7.2)."""
 
 from collections.abc import Sequence
 from itertools import product

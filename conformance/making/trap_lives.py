@@ -1,4 +1,4 @@
-"""traps/: births and deaths (SPEC 6.5, 7.4, 7.6)."""
+"""Makes vectors in traps/ for births and deaths (SPEC 6.5, 7.4, 7.6)."""
 
 from making.changes import Change, CodedGaussian
 from making.payloads import Head

@@ -1,4 +1,4 @@
-"""traps/: rotations (SPEC 7.3, 7.5)."""
+"""Makes vectors in traps/ for rotations (SPEC 7.3, 7.5)."""
 
 from making.changes import Change, CodedGaussian
 from making.payloads import Head

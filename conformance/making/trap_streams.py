@@ -1,4 +1,4 @@
-"""traps/: valid streams, each of which detects one plausible mistake in a decoder."""
+"""Makes the streams in traps/, each of which detects one plausible mistake in a decoder."""
 
 from making.snapshot_streams import make_snapshot_traps
 from making.trap_anchors import make_anchor_traps

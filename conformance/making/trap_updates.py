@@ -1,4 +1,4 @@
-"""traps/: updates (SPEC 7.8, 8.8)."""
+"""Makes vectors in traps/ for updates (SPEC 7.8, 8.8)."""
 
 from making.changes import Change, CodedGaussian, Update
 from making.scenes import make_births, make_cloud, make_moving_symbols, select_symbols

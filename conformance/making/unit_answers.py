@@ -1,4 +1,4 @@
-"""unit/: known answers of single functions, computed in plain integers (see SPEC Annex F)."""
+"""Makes known answers of single functions, in plain integers, for unit/ (SPEC Annex F)."""
 
 import struct
 import zlib

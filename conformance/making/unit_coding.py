@@ -1,4 +1,4 @@
-"""unit/: known answers for coding and for states (SPEC 8, 9)."""
+"""Makes known answers for coding and for states, for unit/ (SPEC 8, 9)."""
 
 import zlib
 from collections.abc import Iterable

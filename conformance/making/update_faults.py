@@ -1,4 +1,4 @@
-"""invalid/ and damaged/: faults in updates (SPEC 5.5, 7.8, 8.8, 12)."""
+"""Makes vectors in invalid/ and damaged/: faults in updates (SPEC 5.5, 7.8, 8.8, 12)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

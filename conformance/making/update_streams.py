@@ -1,4 +1,4 @@
-"""streams/: updates; each stream tests one feature (SPEC 7.8, 8.8)."""
+"""Makes streams in streams/; each tests one feature of updates (SPEC 7.8, 8.8)."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""streams/: valid streams, each of which tests one feature."""
+"""Makes the valid streams in streams/; each tests one feature."""
 
 from making.changes import Change, CodedGaussian
 from making.motion_streams import make_birth_and_death_streams, make_motion_streams

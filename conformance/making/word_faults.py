@@ -1,4 +1,4 @@
-"""invalid/: sections whose words or integers violate a clause (SPEC 8)."""
+"""Makes vectors in invalid/: sections whose words or integers violate a clause (SPEC 8)."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -19,7 +19,7 @@ from quarc_ref.format.updates import Updates
 
 
 class ReferenceEngine:
-    """The engine that calls `frames` and `reconstruct`; see `engine.Engine`.
+    """The engine made of the functions in `frames` and `reconstruct`; see `engine.Engine`.
 
     Attributes:
         largest_gaussian_count: Number of Gaussians in the largest canonical frame that this process

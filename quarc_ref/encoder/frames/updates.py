@@ -90,8 +90,9 @@ class TrainedUpdates:
     ) -> None:
         """Select the updates that reduce the loss by more than `min_gain`, and disable the others.
 
-        The gain of an update is estimated from the gradient at zero residuals. The estimate is
-        half of the linear prediction, because the gradient at the trained residuals is about 0.
+        The gradient of the loss falls about linearly from its value at zero residuals to about 0 at
+        the trained residuals, so the gain of an update is estimated as half of the product of its
+        residuals and the gradient at zero residuals.
 
         Args:
             attributes: Attributes after the motion.
