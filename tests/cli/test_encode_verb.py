@@ -210,7 +210,7 @@ def test_the_settings_are_listed_without_a_capture():
     assert [row[0] for row in rows[1:]] == list(dict(list_settings(choose_preset("main"))))
     lr_rows = [row for row in rows if row[0] == "motion.lr"]
     message = (
-        "Learning rate of motion residuals at anchor level 1, the finest, in world units "
+        "Learning rate of motion residuals at anchor level 1 (the finest), in world units "
         "(paper: 5e-4)."
     )
     assert lr_rows == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", message]]

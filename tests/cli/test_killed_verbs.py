@@ -23,9 +23,9 @@ def write_or_die(*arguments, **named):
 {owner}.{method} = write_or_die
 main()
 """
-_KILL_AT_SECOND_FILE = _KILLING_PROGRAM.format(owner="OutputFolder", method="add", calls=2)
+_KILL_AT_SECOND_FILE = _KILLING_PROGRAM.format(owner="OutputFolder", method="register", calls=2)
 _KILL_AT_THIRD_FILE = _KILLING_PROGRAM.format(
-    owner="OutputFolder", method="add", calls=3
+    owner="OutputFolder", method="register", calls=3
 )  # and sequence.json
 
 

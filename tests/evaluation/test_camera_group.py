@@ -27,7 +27,7 @@ def test_each_camera_is_measured_against_its_own_background(capture, scenes):
         meter = CameraMeter(find_background(pictures))
         metrics = [meter.measure(views[position]) for views in frame_views]
         assert group.quality.per_camera[capture.cameras[index].name] == metrics
-        assert np.array_equal(frame_views[2][position].image, pictures[2])
+        assert np.array_equal(frame_views[2][position].truth_levels, pictures[2])
 
 
 def test_training_cameras_can_be_measured_too_with_another_correction(capture, scenes):
