@@ -9,7 +9,7 @@ import { makeMovingStream, referenceSkipReason } from "./reference.js";
 
 const FRAMES = 61;
 const FRAME_MS = 1000 / 30;
-const STREAM_JOB = `11_600, anchors_per=6, births=20, frames=${FRAMES}, updated=0.02, sparse=True`; // 2787 anchors
+const STREAM_JOB = `11_600, gaussians_per_anchor=6, births=20, frames=${FRAMES}, updated_share=0.02, sparse=True`; // 2787 anchors
 const MAX_ATTEMPTS = 3;
 
 interface PlayerGlobal {
