@@ -7,8 +7,9 @@ from typing import Any
 from making.changes import Survivor
 from making.fault_rows import RECOVERY_CLAUSES, count_frames, make_damaged_vector
 from making.frames import make_snapshot
-from making.payloads import Snapshot, pack_index
+from making.payloads import Snapshot
 from making.scenes import make_cloud
+from making.snapshot_index_faults import make_snapshot_index_faults
 from making.snapshot_scenes import (
     REQUIRED_CAPABILITY,
     make_differences,
@@ -35,7 +36,7 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
     rows = [*_list_field_faults(parent), *_list_scene_faults(parent), *_list_word_faults(parent)]
     vectors = [
         *(_make_fault_vector(parent, *row) for row in rows),
-        *_make_index_faults(parent),
+        *make_snapshot_index_faults(parent),
         *_make_damaged_vectors(parent),
         _make_snapshot_first_vector(parent),
     ]
@@ -230,53 +231,6 @@ def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
             chunks,
             f"a stated probability code of {code}",
         )
-
-
-def _make_index_faults(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams whose INDX has missing or wrong seek points."""
-    chunks, offsets = parent.stream.chunks, parent.layout.offsets
-    seek_chunk_indices = [n for n, chunk in enumerate(chunks) if chunk.kind in (b"CANO", b"SNAP")]
-    frames = [0, 3, 6, 8, 10]
-    seek_points = [
-        (offsets[n], n, frame) for n, frame in zip(seek_chunk_indices, frames, strict=True)
-    ]
-    index_chunk_index = len(chunks) - 2
-    canonical_points = [p for p in seek_points if chunks[p[1]].kind == b"CANO"]
-    chunks_with_index = parent.stream.replace_chunk(
-        index_chunk_index, payload=pack_index(canonical_points)
-    )
-    outcome = Outcome(parent.frames, ("index-mismatch",))
-    note = "INDX lists no snapshots"
-    name = "invalid/index-without-snapshots"
-    yield make_patched_vector(parent, name, "5.9-1 5.9-2", chunks_with_index, outcome, note)
-    moved_points = [(o, n, 1 if frame == 0 else frame) for o, n, frame in seek_points]
-    chunks_with_index = parent.stream.replace_chunk(
-        index_chunk_index, payload=pack_index(moved_points)
-    )
-    name, note = (
-        "another-canonical",
-        "no seek point has the ordinal of the CANO to which a snapshot refers",
-    )
-    vector = make_patched_vector(
-        parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
-    )
-    rejected = Outcome((), ("index-mismatch",))
-    yield replace(vector, seek=tuple((f, rejected) for f in (3, 4, 7)))
-    swapped_points = [
-        (offsets[seek_chunk_indices[1]], seek_chunk_indices[1], 0),
-        *seek_points[1:],
-    ]
-    chunks_with_index = parent.stream.replace_chunk(
-        index_chunk_index, payload=pack_index(swapped_points)
-    )
-    name, note = (
-        "a-snapshot",
-        "the seek point of the CANO to which a snapshot refers has the offset of a snapshot",
-    )
-    vector = make_patched_vector(
-        parent, f"invalid/index-of-{name}", "11.2-5", chunks_with_index, outcome, note
-    )
-    yield replace(vector, seek=tuple((f, rejected) for f in (3, 5, 6)))
 
 
 def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
