@@ -98,13 +98,13 @@ def _write_temporary_file(name: str, data: bytes) -> Iterator[Path]:
         yield path
 
 
-def fuzz_points_ply(data: bytes) -> None:
+def fuzz_ply(data: bytes) -> None:
     """Read a PLY file of points."""
     with _write_temporary_file("points.ply", data) as path, suppress(CaptureError):
         read_points_ply(path)
 
 
-def fuzz_gaussian_ply(data: bytes) -> None:
+def fuzz_gaussians(data: bytes) -> None:
     """Read a PLY file of Gaussians."""
     with suppress(ValueError):
         parse_ply(data)
@@ -174,13 +174,13 @@ def fuzz_panoptic_json(data: bytes) -> None:
         panoptic.read_cameras(path)
 
 
-def fuzz_image_header(data: bytes) -> None:
+def fuzz_stills(data: bytes) -> None:
     """Read the header of a picture file."""
     with suppress(ValueError):
         read_still_header(data)
 
 
-def fuzz_colmap_model(data: bytes) -> None:
+def fuzz_colmap(data: bytes) -> None:
     """Read a COLMAP model; the first byte selects the file that contains the remaining bytes."""
     selector = data[0] if data else 0
     file_format, name = (
@@ -195,7 +195,7 @@ def fuzz_colmap_model(data: bytes) -> None:
             colmap._read_model(model)
 
 
-def fuzz_checkpoint(data: bytes) -> None:
+def fuzz_training(data: bytes) -> None:
     """Read an array file of a checkpoint."""
     layout = Layout({"step": ("<i8", ()), "means": ("<f4", ("rows", 3))}, {"rows": range(1, 9)})
     with (
@@ -238,8 +238,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "payloads": fuzz_payloads,
     "streams": fuzz_streams,
     "poses": fuzz_poses,
-    "ply": fuzz_points_ply,
-    "gaussians": fuzz_gaussian_ply,
+    "ply": fuzz_ply,
+    "gaussians": fuzz_gaussians,
     "spz": fuzz_spz,
     "fourdgs": fuzz_fourdgs,
     "sidecar": fuzz_sidecar,
@@ -248,8 +248,8 @@ TARGETS: dict[str, Callable[[bytes], None]] = {
     "notes": fuzz_notes,
     "opencv_yaml": fuzz_opencv_yaml,
     "panoptic_json": fuzz_panoptic_json,
-    "stills": fuzz_image_header,
-    "colmap": fuzz_colmap_model,
-    "training": fuzz_checkpoint,
+    "stills": fuzz_stills,
+    "colmap": fuzz_colmap,
+    "training": fuzz_training,
     "marker": fuzz_marker,
 }

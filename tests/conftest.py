@@ -69,9 +69,9 @@ def pytest_collection_modifyitems(config, items):
 @pytest.fixture
 def both_entropy_decoders():
     """Decode every section with both entropy decoders, which must return the same bits."""
-    coders = CrossChecker()
-    with use_bit_decoder(coders.make_decoder):
-        yield coders
+    cross_checker = CrossChecker()
+    with use_bit_decoder(cross_checker.make_decoder):
+        yield cross_checker
 
 
 @pytest.fixture(autouse=True)

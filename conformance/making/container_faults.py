@@ -118,8 +118,8 @@ def _replace_crc_with_zero(chunks: list[Chunk]) -> list[Chunk]:
 
 
 class _ZeroCrcChunk(Chunk):
-    def pack(self, number: int, payload: bytes) -> bytes:
-        return super().pack(number, payload)[:-4] + bytes(4)
+    def pack(self, expected_sequence: int, payload: bytes) -> bytes:
+        return super().pack(expected_sequence, payload)[:-4] + bytes(4)
 
 
 def _make_type_faults(parent: ValidStream) -> Iterable[FaultRow]:

@@ -135,7 +135,7 @@ def _list_size_faults(
             payload + bytes(extra_bytes),
             "5-2",
             "trailing-data",
-            f"{kind} is {extra_bytes} B too long",
+            f"additional bytes at the end of {kind}: {extra_bytes}",
         ),
     }
     for suffix, (changed_payload, clauses, reject_ids, note) in size_cases.items():

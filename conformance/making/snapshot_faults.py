@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from making.changes import Survivor
-from making.fault_rows import RECOVERY_CLAUSES, count_frames, make_damaged_vector
+from making.fault_rows import RECOVERY_CLAUSES, FaultRow, count_frames, make_damaged_vector
 from making.frames import make_snapshot
 from making.payloads import Snapshot
 from making.scenes import make_cloud
@@ -23,7 +23,6 @@ from making.word_faults import encode_stated_code
 _SNAP_CHUNK_INDEX = 5
 """Index of the chunk of `streams/snapshots-journey` that holds frame 3, the first snapshot."""
 _SNAP_ORDINAL = 3
-FaultRow = tuple[str, str, str, list[Chunk], str]
 
 
 def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vector]:
@@ -109,7 +108,7 @@ def _list_field_faults(parent: ValidStream) -> Iterable[FaultRow]:
         with_max_count,
         "2^32 - 1 new Gaussians",
     )
-    yield "axis-bits", "5-2", "field", replace_fields(axis_bits=21), "axis_bits is 21"
+    yield "axis-bits", "5-3", "field", replace_fields(axis_bits=21), "axis_bits is 21"
     with_wrong_crc = replace_fields(state_crc=snapshot.state_crc ^ 1)
     yield "state-crc", "9.2-1", "state-crc", with_wrong_crc, "one bit of the state CRC is flipped"
     payload = snapshot.pack()
@@ -119,7 +118,7 @@ def _list_field_faults(parent: ValidStream) -> Iterable[FaultRow]:
             "longer",
             payload + b"\0",
             "trailing-data",
-            "5-3",
+            "5-2",
             "an additional byte after the last field of a SNAP",
         ),
     ):

@@ -109,11 +109,11 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[FaultRow]:
     def make_chunks(**fields: Any) -> list[Chunk]:
         return _replace_frame(parent, Change(births=(first, replace(second, **fields))))
 
-    with_zero_rotation_sum = _replace_frame(
+    with_canceled_identity = _replace_frame(
         parent, Change(lambda _level, _anchor: [0, 0, 0, -1, 0, 0, 0])
     )
-    note = "a sum of rotation residuals whose components are all 0"
-    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_zero_rotation_sum, note
+    note = "the w residuals cancel the identity, so the vector to normalize is 0"
+    yield "degenerate-rotation", "7.3-1", "degenerate-rotation", with_canceled_identity, note
     note = "the parent is a Gaussian born in the same frame"
     yield "parent-beyond", "7.6-1", "parent-range", make_chunks(parent=count), note
     for name, clauses, reject_id, fields, note in _WRONG_BIRTHS:

@@ -218,7 +218,7 @@ def _list_layout_faults(parent: ValidStream) -> Iterable[FaultRow]:
         "longer": (
             payload_with_updates + b"\0",
             "trailing-data",
-            "5-3",
+            "5-2",
             "an additional byte after the last field of a FRAM",
         ),
         **{
@@ -242,7 +242,7 @@ def _list_faults_without_feature(journey: ValidStream) -> Iterable[FaultRow]:
     payload = replace(frame, updates=()).pack()
     chunks = journey.stream.replace_chunk(FRAM_CHUNK_INDEX, payload=payload)
     note = "an updates section in a stream without FEATURE_UPDATES"
-    yield "updates-without-the-feature", "5-3 12-2", "trailing-data", chunks, note
+    yield "updates-without-the-feature", "5-2 12-2", "trailing-data", chunks, note
 
 
 def _make_position_faults(updates_far: ValidStream) -> Iterable[Vector]:

@@ -19,7 +19,7 @@ _MAX_LINE_BYTES = 1 << 20
 
 
 class FaultError(Exception):
-    """A decoder failed without giving a valid result, or was stopped.
+    """A command failed without giving a valid result, or was stopped.
 
     Attributes:
         verdict: Name of the verdict; one of `judge.VERDICTS`.
@@ -31,7 +31,7 @@ class FaultError(Exception):
 
 
 class StartError(Exception):
-    """A command cannot be started; this is the user's mistake, not a fault of the decoder."""
+    """A command cannot be started; this is a mistake of the user, not a fault of the codec."""
 
 
 class CodecProcess:
@@ -60,15 +60,15 @@ class CodecProcess:
         self.monitor = ResourceMonitor(self._process.pid, self._limits)
 
     def send(self, data: bytes, *, last: bool = False) -> None:
-        """Send bytes to the decoder in the background; if `last`, then close its standard input."""
+        """Send bytes to the process in the background; if `last`, then close its standard input."""
         threading.Thread(target=self._write, args=(data, last), daemon=True).start()
 
     def feed(self, data: bytes) -> None:
-        """Send bytes to the decoder, and wait until they are written to its standard input."""
+        """Send bytes to the process, and wait until they are written to its standard input."""
         self._write(data, last=False)
 
     def read_lines(self) -> Iterator[Line]:
-        """Yield the lines that the decoder prints until it closes its output.
+        """Yield the lines that the process prints until it closes its output.
 
         Raises:
             FaultError: The decoder exceeds a limit, or prints a line that is not a JSON object.
@@ -94,7 +94,7 @@ class CodecProcess:
         return status
 
     def get_stderr_tail(self) -> str:
-        """Return the last 300 bytes that the decoder wrote to standard error, as one line."""
+        """Return the last 300 bytes that the process wrote to standard error, as one line."""
         return self._stderr_tail[-300:].decode(errors="replace").strip().replace("\n", " | ")
 
     def make_crash_fault(self, status: int) -> FaultError:
@@ -102,7 +102,7 @@ class CodecProcess:
         return FaultError(self._classify_crash(), f"exit status {status}: {self.get_stderr_tail()}")
 
     def kill(self) -> None:
-        """Kill the decoder, and close its pipes."""
+        """Kill the process, and close its pipes."""
         kill_process_group(self._process.pid)
         self._process.wait()
         for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
@@ -122,7 +122,7 @@ class CodecProcess:
         if verdict is not None:
             raise FaultError(
                 verdict,
-                f"the decoder used more {'time' if verdict == 'timeout' else verdict} than allowed",
+                f"the command used more {'time' if verdict == 'timeout' else verdict} than allowed",
             )
 
     def _classify_crash(self) -> str:
@@ -206,6 +206,6 @@ def parse_line(raw: bytes) -> Line:
     except ValueError:
         line = None
     if not isinstance(line, dict):
-        message = f"the decoder printed a line that is not a JSON object: {raw[:60]!r}"
+        message = f"the command printed a line that is not a JSON object: {raw[:60]!r}"
         raise FaultError(GARBAGE, message)
     return line

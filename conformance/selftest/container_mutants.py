@@ -103,7 +103,7 @@ MUTANTS = (
     make_mutant(
         "recovery resumes at a frame that is earlier than expected",
         "streams/resync.py",
-        "return parse_frame_number(payload) >= self.frame",
+        "return parse_ordinal(payload) >= self.frame",
         "return True",
     ),
     make_mutant(

@@ -80,19 +80,19 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "seeking to a snapshot decodes the first CANO of the stream",
         _SEEK_FILE,
-        "    point = points.find_by_frame(_read_frame_number(reader, header, _ORDINAL_BYTES))",
+        "    point = points.find_by_frame(_read_ordinal(reader, header, ORDINAL_BYTES))",
         "    point = points[0]",
     ),
     make_mutant(
         "recovery resumes at a snapshot that refers to another CANO",
         _RESYNC_FILE,
-        "        if header.kind == container.SNAP and parse_frame_number(",
-        "        if header.kind == b'none' and parse_frame_number(",
+        "        if header.kind == container.SNAP and parse_ordinal(",
+        "        if header.kind == b'none' and parse_ordinal(",
     ),
     make_mutant(
         "recovery never resumes at a snapshot",
         _RESYNC_FILE,
-        "            return self.canonical is not None and header.length >= 2 * _ORDINAL_BYTES\n",
+        "            return self.canonical is not None and header.length >= 2 * ORDINAL_BYTES\n",
         "            return False\n",
     ),
     make_mutant(

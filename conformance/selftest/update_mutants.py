@@ -129,7 +129,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "the counts of updates are reset in every frame",
         _FRAMES_FILE,
         "return apply_updates(replace(state, update_counts=counts), updates)",
-        "return update(state, updates)",
+        "return apply_updates(state, updates)",
     ),
     make_mutant(
         "the contexts of updates do not depend on motion",

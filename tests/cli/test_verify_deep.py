@@ -33,7 +33,7 @@ def test_completed_checks_are_listed(file):
     text = " ".join(run("verify", file, "--deep").stdout.split())
     assert f"{deep_checks['bits']:,} bits in {deep_checks['sections']} sections" in text
     assert "3, all with the same states (7 frames compared)" in text
-    assert f"{deep_checks['maxima']['gaussians']} of 65,536 Gaussians" in text
+    assert f"largest values: {deep_checks['maxima']['gaussians']} of 65,536 Gaussians" in text
 
 
 @pytest.mark.parametrize("size", [5, 300, 2000, len(_DATA) - 1])

@@ -117,7 +117,7 @@ def test_other_properties_and_elements_are_skipped(path):
         (make_ply(POINT_BYTES, [*PROPERTIES, "half w"]), "is not supported"),
         (make_ply(POINT_BYTES * 2, [*PROPERTIES, "float x"]), "x"),
         (make_ply(POINT_BYTES, PROPERTIES[1:]), "no properties x, y and z"),
-        (make_ply(POINT_BYTES, ["int x", *PROPERTIES[1:]]), "no properties x, y and z"),
+        (make_ply(POINT_BYTES, ["int x", *PROPERTIES[1:]]), "x, y and z of type float or double"),
         (make_ply(POINT_BYTES, PROPERTIES[:3]), "no properties red, green and blue"),
         (
             make_ply(POINT_BYTES * 2, [*PROPERTIES[:5], "float blue"]),

@@ -81,14 +81,14 @@ def test_noise_of_points_is_within_two_millimeters(scene_arrays, cameras):
 
 def test_an_object_shadows_the_floor_below_it(cameras):
     camera = cameras[0]
-    shadowed_stage, lit_stage = (
+    shadowed_arrays, lit_arrays = (
         _pack_with_room([box(translate(0, 0.5, 0), (0.3, 0.02, 0.3), _RED)]),
         _pack_with_room([box(translate(0, 3.19, 3), (0.3, 0.02, 0.3), _RED)]),
     )
     row, column, _ = _project(camera, np.array([0.1, 0.0, -0.1]))
     dark, bright = (
-        trace_view(traced_stage, camera).picture[row, column].mean()
-        for traced_stage in (shadowed_stage, lit_stage)
+        trace_view(scene_arrays, camera).picture[row, column].mean()
+        for scene_arrays in (shadowed_arrays, lit_arrays)
     )
 
     assert dark < 0.85 * bright

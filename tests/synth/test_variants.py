@@ -11,7 +11,7 @@ from quarc_ref.synth.variants import VARIANTS
 def _trace(variant, time=0.3, camera=0, width=96):
     """Return the picture of a variant as floats from 0 to 255."""
     options = SynthOptions(width=width, height=3 * width // 4, variant=variant)
-    scene = make_scene(options.seed, options.scene_variant)
+    scene = make_scene(options.seed, options.variant_properties)
     return trace_view(scene.at_time(time), place_cameras(options)[camera]).picture.astype(float)
 
 
