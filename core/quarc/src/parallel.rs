@@ -31,8 +31,8 @@ pub fn each<T: Send, R: Send>(mut items: Vec<T>, work: &(impl Fn(T) -> R + Sync)
     done
 }
 
-/// Apply `work` to each chunk of `size` numbers and its index. Not generic, so that a module has it
-/// once.
+/// Apply `work` to each chunk of `size` numbers and its index. Not generic, so that it is compiled
+/// only once, which keeps the WebAssembly module small.
 pub fn each_chunk(numbers: &mut [f32], size: usize, work: &(dyn Fn(usize, &mut [f32]) + Sync)) {
     let chunks = numbers.chunks_mut(size).enumerate().collect();
     each(chunks, &|(index, chunk)| work(index, chunk));
