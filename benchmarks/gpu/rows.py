@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-_HEADERS = ("step", "quantity", "result", "requirement", "met")
+_HEADERS = ("step", "quantity", "measured", "limit", "holds")
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,8 +24,8 @@ def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Ray-trace the pictures of the training views, and about one initial point per Gaussian."""
     options = _choose_options(sizes)
     cameras = place_cameras(options)[1:]
-    scene = make_scene(options.seed, options.scene_variant)
-    scenes_by_frame = [
+    scene = make_scene(options.seed, options.variant_properties)
+    arrays_per_frame = [
         scene.at_time(frame / options.frames_per_second) for frame in range(FRAME_COUNT)
     ]
     pictures = np.empty((FRAME_COUNT, len(cameras), sizes.height, sizes.width, 3), dtype=np.uint8)
@@ -33,7 +33,7 @@ def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
 
     def trace(frame_and_view: tuple[int, int]) -> None:
         frame, view = frame_and_view
-        traced = trace_view(scenes_by_frame[frame], cameras[view])
+        traced = trace_view(arrays_per_frame[frame], cameras[view])
         pictures[frame_and_view] = traced.picture
         nearest[view] = min(nearest[view], traced.min_depth)
 
@@ -45,7 +45,7 @@ def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     points_per_view = -(-sizes.gaussians // len(cameras))
     points = join_points(
         [
-            trace_points(scenes_by_frame[0], camera, picture, points_per_view, generator)
+            trace_points(arrays_per_frame[0], camera, picture, points_per_view, generator)
             for camera, picture in zip(cameras, pictures[0], strict=True)
         ]
     )

@@ -205,7 +205,7 @@ def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> Encode
 def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="paper.py",
-        description="Run the QuARC-GS paper's experiments on captures; write tables and plots.",
+        description="Run the experiments of the QuARC-GS paper; write tables, plots and pages.",
     )
     add = parser.add_argument
     add(
@@ -238,7 +238,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
     add("--workers", type=int, default=1, help="number of parallel trials")
     add("--threads", type=int, default=1, help="number of threads per trial")
-    add("--ray", metavar="ADDRESS", help="run on the Ray cluster at HOST:PORT, auto or local")
+    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
     add("--json", action="store_true", help="print the rows as JSON")
     return parser.parse_args(command_line)
 

@@ -9,7 +9,7 @@ from atomic_files import write_atomically
 from paper.claims import list_claims
 from paper.experiments import Experiment, Point
 from paper.page import Section, compose_page
-from paper.tables import format_csv, format_markdown
+from paper.tables import format_markdown, format_study_csv
 from quarc_ref.evaluation.plots import Curve, plot_curves
 from rate.tables import format_claims
 from studies import Row
@@ -50,7 +50,7 @@ def write_results(
         if section.rows
     ]
     data_by_name = {
-        "paper.csv": format_csv(named_rows),
+        "paper.csv": format_study_csv(named_rows),
         "paper.md": "\n".join([format_claims({capture: claims}), *tables]).encode(),
         **{name: png for section in sections for name, png in section.plots.items()},
         "index.html": compose_page(title, sections, claims),

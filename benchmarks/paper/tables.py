@@ -1,12 +1,11 @@
 """Formats rows as tables: CSV, HTML and Markdown."""
 
-import csv
 import html
-import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from statistics import fmean
 from typing import Any
 
+from rate.tables import format_csv
 from studies import Row
 
 Column = tuple[str, Callable[[Row], Any], str]
@@ -53,15 +52,10 @@ def choose_columns(rows: Iterable[Row]) -> list[Column]:
     ]
 
 
-def format_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
+def format_study_csv(rows: Sequence[tuple[str, Row]]) -> bytes:
     """Return CSV with a line for each row: the name of its experiment, and all its values."""
     lines = [{"experiment": experiment, **flatten_row(row)} for experiment, row in rows]
-    names = list(dict.fromkeys(name for line in lines for name in line))
-    text = io.StringIO()
-    writer = csv.DictWriter(text, names, lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(lines)
-    return text.getvalue().encode()
+    return format_csv(lines)
 
 
 def flatten_row(row: Row) -> dict[str, Any]:

@@ -74,9 +74,10 @@ def format_table(header: Sequence[str], lines: Iterable[Sequence[str]]) -> str:
 
 
 def format_csv(records: Sequence[Mapping[str, object]]) -> bytes:
-    """Return the records as CSV; all must have the same keys, and None becomes an empty cell."""
+    """Return the records as CSV, with a column for each key; missing values and None are empty."""
     text = io.StringIO()
-    writer = csv.DictWriter(text, list(records[0]) if records else [], lineterminator="\n")
+    names = list(dict.fromkeys(name for record in records for name in record))
+    writer = csv.DictWriter(text, names, lineterminator="\n")
     writer.writeheader()
     writer.writerows(records)
     return text.getvalue().encode()

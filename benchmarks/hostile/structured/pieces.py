@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import MAGIC, SYNC
 from quarc_ref.format.records import SeekPoint, Tail
-from quarc_ref.streams.resync import parse_frame_number
+from quarc_ref.streams.resync import parse_ordinal
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,7 +57,7 @@ def assemble(pieces: Sequence[Piece]) -> bytes:
         if piece.kind == container.INDX:
             index_offset = len(data)
         if piece.kind in container.CANONICAL_TYPES:
-            seek_points.append(SeekPoint(len(data), number, parse_frame_number(payload)))
+            seek_points.append(SeekPoint(len(data), number, parse_ordinal(payload)))
         frames += piece.kind in container.FRAME_TYPES
         data += piece.pack(number, payload)
     return data

@@ -191,7 +191,7 @@ def list_record_faults(donors: Sequence[Record]) -> list[Fault]:
             Fault(f"canonical: {name}", Stage.CANONICAL, record_changes[name])
             for name in record_changes
         ),
-        *(Fault(f"moved: {name}", Stage.FRAME, record_changes[name]) for name in record_changes),
+        *(Fault(f"frame: {name}", Stage.FRAME, record_changes[name]) for name in record_changes),
         *(
             Fault(f"snapshot: {name}", Stage.SNAPSHOT, record_changes[name], _SNAPSHOT_HEADER)
             for name in record_changes
@@ -204,7 +204,7 @@ def list_record_faults(donors: Sequence[Record]) -> list[Fault]:
             Fault(f"canonical: {name}", Stage.CANONICAL, canonical_changes[name])
             for name in canonical_changes
         ),
-        *(Fault(f"moved: {name}", Stage.FRAME, frame_changes[name]) for name in frame_changes),
+        *(Fault(f"frame: {name}", Stage.FRAME, frame_changes[name]) for name in frame_changes),
         *(Fault(name, Stage.PAYLOAD, payload_changes[name]) for name in payload_changes),
         # At higher levels, a damaged count can request a million Gaussians, which takes too long.
         Fault("damaged bytes in a payload", Stage.PAYLOAD, _damage_payload, {"level": 10}),
