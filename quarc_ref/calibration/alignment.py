@@ -46,7 +46,7 @@ def align_signals(
         correlate: Function that takes the indices of two signals and returns their correlation
             curve, as `correlate_signals` does, or None if the signals cannot be compared. All
             curves have the same length.
-        peak_width: Maximum distance, in samples, between shifts that belong to the same peak.
+        peak_width: Maximum distance, in samples, of a shift from the peak to which it belongs.
     """
     curves = _correlate_pairs(signal_count, correlate)
     shifts = max(

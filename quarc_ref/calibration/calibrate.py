@@ -21,7 +21,7 @@ from quarc_ref.calibration.offsets import (
 )
 from quarc_ref.calibration.recordings import MIN_CAMERAS, Recordings
 from quarc_ref.calibration.signals import Motion
-from quarc_ref.calibration.solving import Solution, estimate_poses
+from quarc_ref.calibration.solving import Solution, solve_match_graph
 from quarc_ref.calibration.world import UP_FROM_LEVEL_CAMERAS, Distance, World, define_world
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
@@ -173,7 +173,7 @@ def _estimate_poses(
             options.report_progress("poses", 0, 1)
             graph = build_match_graph(features, names, pictures.sizes, options.lenses)
             with suppress(*(() if is_last and best_solution is None else (CalibrationError,))):
-                solution = estimate_poses(graph, options.lenses)
+                solution = solve_match_graph(graph, options.lenses)
                 if best_solution is None or len(solution.cameras) >= len(best_solution.cameras):
                     best_solution = solution
             options.report_progress("poses", 1, 1)

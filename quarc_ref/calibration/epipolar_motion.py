@@ -37,7 +37,7 @@ def align_by_epipolar_motion(
         cameras: Cameras with poses.
         motions: Motion in the pictures of each camera.
         max_shift: Maximum shift between any two cameras, in frames.
-        peak_width: Maximum distance, in frames, between shifts that belong to the same peak.
+        peak_width: Maximum distance, in frames, of a shift from the peak to which it belongs.
     """
     rays = [_cast_rays(camera, motion) for camera, motion in zip(cameras, motions, strict=True)]
     centers = [-camera.pose.rotation.T @ camera.pose.translation for camera in cameras]

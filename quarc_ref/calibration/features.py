@@ -20,7 +20,7 @@ _MAX_PICTURE_SIZE = 1600  # pixels: larger pictures are downscaled to this size
 _PAIRS_PER_STEP = 64  # matched image pairs between two progress reports
 
 Mask = NDArray[np.bool_]
-ProgressCallback = Callable[[int, int], None]
+StepCallback = Callable[[int, int], None]
 
 
 class Features:
@@ -42,7 +42,7 @@ class Features:
         self._database = folder / "features.db"
 
     def add_moment(
-        self, moment: int, pictures: Sequence[Image], report_progress: ProgressCallback
+        self, moment: int, pictures: Sequence[Image], report_progress: StepCallback
     ) -> None:
         """Detect and match the features of one moment.
 

@@ -33,7 +33,7 @@ _MAX_SOUND_SECONDS = 60.0  # maximum duration of the compared sounds
 _SOUND_SAMPLES_PER_SECOND = 16000
 _LOUDNESS_SAMPLES_PER_FRAME = 8
 
-ProgressCallback = Callable[[int, int], None]
+StepCallback = Callable[[int, int], None]
 
 
 class SyncMethod(StrEnum):
@@ -68,7 +68,7 @@ class Offsets:
 
 
 def find_offsets(
-    recordings: Recordings, method: SyncMethod, report_progress: ProgressCallback
+    recordings: Recordings, method: SyncMethod, report_progress: StepCallback
 ) -> tuple[Offsets, dict[str, Motion]]:
     """Estimate the time offsets of recordings.
 
@@ -143,7 +143,7 @@ def _make_offsets(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shi
     )
 
 
-def _read_sounds(recordings: Recordings, report_progress: ProgressCallback) -> list[Sound | None]:
+def _read_sounds(recordings: Recordings, report_progress: StepCallback) -> list[Sound | None]:
     sounds: list[Sound | None] = []
     for path, *_ in recordings.pictures.paths:
         if not is_video(path):
@@ -174,9 +174,7 @@ def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> lis
     ]
 
 
-def _measure_motions(
-    recordings: Recordings, report_progress: ProgressCallback
-) -> dict[str, Motion]:
+def _measure_motions(recordings: Recordings, report_progress: StepCallback) -> dict[str, Motion]:
     motions = {}
     for camera, (name, length) in enumerate(
         zip(recordings.names, recordings.pictures.lengths, strict=True)

@@ -51,7 +51,7 @@ def measure_motion(source: PictureSource, camera: int, frame_count: int) -> Moti
 
     Returns:
         `[frame_count - 1, h, w]` absolute changes of the downscaled gray pictures, minus the
-        noise threshold, in 8-bit levels.
+        noise threshold and clipped to 0 to `_MAX_CHANGE`, in 8-bit levels.
 
     Raises:
         CaptureError: A picture cannot be read.

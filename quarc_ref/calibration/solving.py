@@ -27,7 +27,7 @@ from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 
-_MIN_FEATURES = 100
+_FEW_FEATURES = 100  # below this, the advice after a failure is about the pictures
 # Minimum number and share of inliers for the mapper; the strict pair is tried first. A camera that
 # passes only with a wrong pose is removed later, because its points lack support.
 _INLIER_MINIMUMS = ((30, 0.25), (15, 0.15))
@@ -87,7 +87,7 @@ class Solution:
         return float(np.average(errors, weights=weights))
 
 
-def estimate_poses(graph: MatchGraph, lenses: LensOptions) -> Solution:
+def solve_match_graph(graph: MatchGraph, lenses: LensOptions) -> Solution:
     """Estimate the poses and lenses of as many cameras as possible.
 
     Args:
@@ -189,7 +189,7 @@ def _explain_failure(graph: MatchGraph, camera: int, support: int | None) -> str
             f"only {support} of its points are seen by at least two other cameras, but a reliable "
             f"pose needs {MIN_SUPPORTED_POINTS} such points"
         )
-    if count < _MIN_FEATURES:
+    if count < _FEW_FEATURES:
         return (
             f"its pictures have only {count} features: check whether they are dark, blurred or "
             "empty"

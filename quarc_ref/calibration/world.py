@@ -20,7 +20,9 @@ UP = (0.0, -1.0, 0.0)
 _MIN_DIRECTION_SPREAD = 0.02  # mean squared sine below which all cameras look in one direction
 _MIN_PLANE_CAMERAS = 4
 _MAX_THICKNESS_RATIO = 0.3  # maximum thickness of a planar rig, relative to its width
-_PARALLEL_THRESHOLD = 1e-3  # smallest eigenvalue per camera below which axes are parallel
+# Axes are parallel below this smallest eigenvalue per camera; a camera looks along the up axis
+# below this length of its horizontal direction.
+_PARALLEL_LIMIT = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ def define_world(
     up_direction, up_source = _find_up(cameras, up)
     forward = cameras[0].pose.rotation[2]
     forward = forward - (forward @ up_direction) * up_direction
-    if np.linalg.norm(forward) < _PARALLEL_THRESHOLD:  # the camera looks straight up or down
+    if np.linalg.norm(forward) < _PARALLEL_LIMIT:  # the camera looks straight up or down
         forward = np.cross(cameras[0].pose.rotation[0], up_direction)
     forward /= np.linalg.norm(forward)
     rotation = np.stack([np.cross(-up_direction, forward), -up_direction, forward])
@@ -138,7 +140,7 @@ def _find_look_at_point(cameras: Sequence[CalibratedCamera], points: Float64Arra
         projection_sum += projection
         weighted_sum += projection @ _camera_center(camera)
     median_point = np.median(points, axis=0)
-    if np.linalg.eigvalsh(projection_sum)[0] < _PARALLEL_THRESHOLD * len(cameras):
+    if np.linalg.eigvalsh(projection_sum)[0] < _PARALLEL_LIMIT * len(cameras):
         return np.asarray(median_point)
     look_at_point = np.linalg.solve(projection_sum, weighted_sum)
     is_in_front = all(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.encode_warnings import FindingCollector
+from quarc_ref.cli.encode_findings import FindingCollector
 from quarc_ref.cli.encoder_options import open_requested_capture, require_device
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.stream_targets import open_segments_folder, open_stream_file

@@ -13,7 +13,7 @@ import numpy as np
 from quarc_ref.decoder.anchors import count_anchors, sample_anchors
 from quarc_ref.decoder.binding import bind, bind_exhaustively
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.decoder.digest import compute_digest, compute_scene_crc
+from quarc_ref.decoder.digest import compute_digest, compute_state_crc
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.reconstruct import choose_deaths
 from quarc_ref.decoder.rotation import expand_rotations, normalize_sums, rotate
@@ -189,8 +189,8 @@ def _compute_digests(
         code_planes,
     )
     return {
-        "crc_all": compute_scene_crc(scene, all_fields=True),
-        "crc_without_codes": compute_scene_crc(scene, all_fields=False),
+        "crc_all": compute_state_crc(scene, all_fields=True),
+        "crc_without_codes": compute_state_crc(scene, all_fields=False),
         "sha256": compute_digest(scene),
     }
 

@@ -155,7 +155,7 @@ def _raise_missing_picture(frame_folder: Path, name: str) -> None:
 
 
 def _list_contents(folder: Path) -> list[Path]:
-    """Return the contents of a folder in natural order, or an empty list if it does not exist."""
+    """Return the contents of a folder in natural order, or an empty list if it is no folder."""
     if not folder.is_dir():
         return []
     return sorted(folder.iterdir(), key=lambda path: natural_order(path.name))

@@ -28,8 +28,8 @@ class CaptureFiles:
     Attributes:
         description_files: Files of poses and points, which are hashed completely.
         media_files: Video, picture and mask files of all frames; their names and sizes are hashed.
-        sampled_files: Video, picture and mask files of frame 0; their first and last MiB are
-            hashed as well.
+        sampled_files: All mask files, and the video and picture files of frame 0; their first and
+            last MiB are hashed as well.
     """
 
     description_files: tuple[Path, ...]

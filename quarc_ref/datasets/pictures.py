@@ -26,8 +26,7 @@ class Pictures(PictureSource, Protocol):
         paths: `[camera]` video files, or `[camera][frame]` picture files.
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
-        rotations: `[camera]` rotation flag of the video, in degrees
-            counterclockwise.
+        rotations: `[camera]` rotation flag of the video, in degrees counterclockwise.
         frames_per_second: Frame rate of all cameras.
     """
 

@@ -56,9 +56,9 @@ class VideoReader:
         self.frames_per_second = float(self._stream.average_rate or 0)
         self.time_base_seconds = float(self._stream.time_base or 0)
         packets = _list_packets(self._container, self._stream, path)
-        self._time_stamps = sorted(packet.time for packet in packets if packet.is_shown)
+        self._timestamps = sorted(packet.time for packet in packets if packet.is_shown)
         self._key_packets = sorted(packet for packet in packets if packet.is_key)
-        self.frame_count = len(self._time_stamps)
+        self.frame_count = len(self._timestamps)
         self._frames: Iterator[av.VideoFrame] = iter(())
         self._next_frame = self.frame_count
         self.height, self.width = self.read(0).shape[:2]
@@ -67,7 +67,7 @@ class VideoReader:
     @property
     def frame_times(self) -> Float64Array:
         """`[frame_count]` times in seconds, ascending."""
-        return np.array(self._time_stamps) * self.time_base_seconds
+        return np.array(self._timestamps) * self.time_base_seconds
 
     def read(self, frame: int) -> Image:
         """Return frame `frame` as `[H, W, 3]` sRGB.
@@ -106,11 +106,11 @@ class VideoReader:
 
     def _decode(self, frame: int) -> av.VideoFrame | None:
         """Return the decoded frame, or None if the decoder drops it."""
-        target_time = self._time_stamps[frame]
+        target_time = self._timestamps[frame]
         key_packet = self._key_packets[
             max(0, bisect_right(self._key_packets, target_time, key=lambda packet: packet.time) - 1)
         ]
-        if not bisect_left(self._time_stamps, key_packet.time) <= self._next_frame <= frame:
+        if not bisect_left(self._timestamps, key_packet.time) <= self._next_frame <= frame:
             self._container.seek(key_packet.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
         # If decoding fails, `_next_frame` keeps this value, which makes the next read seek.

@@ -72,7 +72,7 @@ def sample_anchors(scene: Scene) -> Anchors:
     """Choose the anchors of a frame and bind every Gaussian to them (SPEC 6.2 to 6.5).
 
     Args:
-        scene: Scene of the frame, without the Gaussians that the frame deletes.
+        scene: Scene of the frame after its deaths (SPEC 7.4).
     """
     ranks = compute_ranks(scene)
     order, merge_shifts = _sort_by_cell(scene.positions)

@@ -16,10 +16,10 @@ from quarc_ref.decoder.scene import Scene
 def state_crc(scene: Scene) -> int:
     """Return the CRC-32 that the chunk of a frame must contain (SPEC 9.2)."""
     covers_all_fields = scene.phase % scene.header.full_crc_interval == 0
-    return compute_scene_crc(scene, all_fields=covers_all_fields)
+    return compute_state_crc(scene, all_fields=covers_all_fields)
 
 
-def compute_scene_crc(scene: Scene, *, all_fields: bool) -> int:
+def compute_state_crc(scene: Scene, *, all_fields: bool) -> int:
     """Return the CRC-32 over all planes of a scene, or over all planes except the codes.
 
     Args:

@@ -1,7 +1,7 @@
 """Computes the state of a frame from the state of the previous frame: SPEC 7.4 to 7.6.
 
-    deaths ──> begin_frame ──> move ──> update ──> append_births ──> state of the frame
-               (SPEC 7.4)      (7.5)    (7.8)      (7.6)
+    deaths ──> begin_frame ──> move ──> apply_updates ──> append_births ──> state of the frame
+               (SPEC 7.4)      (7.5)    (7.8)             (7.6)
 
 Each step takes a state and returns a new one, without changing its arguments.
 """
@@ -23,7 +23,7 @@ from quarc_ref.format.records import OPACITY, Births
 
 
 def begin_frame(state: State, death_count: int) -> State:
-    """Delete the Gaussians that die in a frame, and bind the others to anchors (SPEC 7.4).
+    """Delete `death_count` Gaussians, and bind the others to anchors (SPEC 7.4).
 
     Args:
         state: State of the previous frame.

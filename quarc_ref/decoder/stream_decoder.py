@@ -162,8 +162,9 @@ class StreamDecoder:
 
     def _check_position(self, chunk: Chunk, frame: int, seek_target: SeekPoint | None) -> None:
         """Reject a canonical frame whose ordinal, offset or sequence number is unexpected."""
-        if self._state is not None and frame != self._state.frame + 1:  # [7.2-1] [7.9-1]
-            message = f"frame {frame} follows frame {self._state.frame}, not frame {frame - 1}"
+        previous = None if self._state is None else self._state.frame
+        if previous is not None and frame != previous + 1:  # [7.2-1] [7.9-1]
+            message = f"frame {frame} follows frame {previous}; expected frame {previous + 1}"
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if seek_target not in (None, point):  # [11.2-1] [11.2-4]

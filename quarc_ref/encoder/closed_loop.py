@@ -36,8 +36,8 @@ class ClosedLoop:
     """Writes the frames of a stream and decodes each one before it is written.
 
     A frame is written in three steps: `start_frame`, `move_frame` and a `commit` method. Each
-    step takes the result of the previous step. Only the `commit` method writes to the stream and
-    changes the state of the loop.
+    step takes the result of the previous step. Only the `commit` methods write to the stream;
+    they and `replay` change the state of the loop.
 
     Args:
         sink: Binary file to which the stream is appended.

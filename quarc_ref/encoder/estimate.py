@@ -21,9 +21,8 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
 
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
-_HALF_RESOLUTION_TIME_FACTOR = (
-    0.4  # time of a step at half resolution, relative to a step at full resolution
-)
+# Time of a step at half resolution, relative to a step at full resolution.
+_HALF_RESOLUTION_TIME_FACTOR = 0.4
 _CANONICAL_BYTES_PER_GAUSSIAN = 7.0
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
 # maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0

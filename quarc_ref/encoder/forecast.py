@@ -20,9 +20,8 @@ from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 _FLOAT_BYTES = 4
 # arrays per training picture: original, corrected exposure, and two moments of SSIM
 _PICTURE_COPIES = 4
-_HALF_SIZE_COPY_FACTOR = (
-    1.25  # memory of a picture and its copy at half size, relative to the picture
-)
+# Memory of a picture and its copy at half size, relative to the picture.
+_HALF_SIZE_COPY_FACTOR = 1.25
 _BASE_BYTES = 700 << 20  # memory of torch and other libraries
 _DECODER_BYTES = 8 << 20  # memory of a camera's video decoder, without pictures
 _DECODER_PICTURES = 20  # number of pictures that a video decoder holds

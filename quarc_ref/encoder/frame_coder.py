@@ -74,7 +74,7 @@ class CodedFrame:
         kind: Chunk type: CANO, SNAP or FRAM.
         payload: Payload of the chunk.
         state: State to which the chunk must decode.
-        previous: State of the previous frame; None for canonical frames and snapshots.
+        previous: State of the previous frame; None for canonical frames.
         chunk: Content of a FRAM chunk, whose sections have been decoded; None for CANO and SNAP.
     """
 
@@ -219,8 +219,8 @@ class FrameCoder:
             moved_frame: The frame after its motion.
             births: Births of the frame; None if the frame has no births.
             reference: The last canonical frame (CANO).
-            canonical_indices: `[n]` position of each Gaussian of the last keyframe in the CANO
-                chunk, ordered by id; -1 for Gaussians that the CANO chunk does not contain.
+            canonical_indices: `[n]` index in the CANO chunk of each Gaussian of the last keyframe,
+                ordered by id; -1 for Gaussians that the CANO chunk does not contain.
             dead_zone: Largest move since the CANO that the snapshot undoes, in steps; see
                 `undo_small_moves`.
 

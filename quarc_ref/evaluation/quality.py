@@ -8,7 +8,7 @@ from quarc_ref.evaluation.camera_meter import VARIANTS, Measures
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 # Heading, name of the metric, format.
-METRIC_COLUMNS = (
+EVAL_METRIC_COLUMNS = (
     ("PSNR", "psnr", ".2f"),
     ("cc", "cc_psnr", ".2f"),
     ("SSIM", "ssim", ".4f"),
@@ -46,8 +46,8 @@ class Quality:
         """SSIM (`ssim_inria`) of every frame, averaged over the cameras."""
         return self._list_frame_values("ssim")
 
-    def count_equal_views(self) -> tuple[int, int]:
-        """Return the number of views that equal the ground truth, and the total number of views."""
+    def count_views_at_max_psnr(self) -> tuple[int, int]:
+        """Return the number of views whose PSNR is `MAX_DECIBELS`, and the number of all views."""
         psnr = [view["psnr"] for views in self.per_camera.values() for view in views]
         return psnr.count(MAX_DECIBELS), len(psnr)
 
@@ -65,7 +65,7 @@ class Quality:
 
     def headings(self) -> list[str]:
         """Return the headings of the metric columns of `as_rows`."""
-        return [heading for heading, metric, _ in METRIC_COLUMNS if metric in self.mean()]
+        return [heading for heading, metric, _ in EVAL_METRIC_COLUMNS if metric in self.mean()]
 
     def as_rows(self) -> list[list[str]]:
         """Return rows of a name and the metrics: one row per camera and one for their mean."""
@@ -75,7 +75,7 @@ class Quality:
                 name,
                 *(
                     _format_metric(metrics[metric], format_spec)
-                    for _, metric, format_spec in METRIC_COLUMNS
+                    for _, metric, format_spec in EVAL_METRIC_COLUMNS
                     if metric in metrics
                 ),
             ]

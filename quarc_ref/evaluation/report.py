@@ -59,7 +59,7 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
     template = resources.files(__package__).joinpath("report.html").read_text("utf-8")
     summary = evaluation.summary
     name = summary.metadata.get("capture", "stream")
-    held_out = ", ".join(evaluation.quality.by_camera())
+    held_out = ", ".join(evaluation.protocol.held_out_cameras)
     parts = {
         "title": html.escape(f"{name}: {format_count(len(summary.frames), 'frame')}"),
         "subtitle": html.escape(

@@ -8,7 +8,8 @@
 Output is written next to its target under a hidden random name, is locked while the writing process
 runs, and is removed after an error. If a process is killed, the next process that writes the same
 target removes the temporary files. Every output folder contains a marker, which is a file that
-lists the other files of the folder. Only listed files are ever deleted.
+lists the other files of the folder. In an output folder, only the
+listed files, their temporary files and the marker are ever deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file

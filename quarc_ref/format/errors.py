@@ -191,7 +191,7 @@ class CountError(StateError):
 
 
 class FrameOrderError(StateError):
-    """The ordinal or phase of a frame is not one more than that of the previous frame."""
+    """An ordinal or phase is not one more than the last, or a snapshot refers to another CANO."""
 
     reject_id = "frame-order"
 

@@ -281,7 +281,7 @@ class Tail:
 
 @dataclass(frozen=True, slots=True)
 class SeekPoint:
-    """An entry of the INDX chunk: where a canonical frame or snapshot begins (SPEC 5.9).
+    """An entry of the INDX chunk: where a canonical frame begins (SPEC 5.9).
 
     Attributes:
         offset: Offset of the chunk in the stream.

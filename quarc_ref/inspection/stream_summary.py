@@ -17,7 +17,7 @@ class FrameSummary:
 
     Attributes:
         frame: Ordinal of the frame.
-        canonical: Whether the frame is a canonical frame or a snapshot.
+        canonical: Whether the frame is a canonical frame (CANO or SNAP).
         gaussians: Number of Gaussians.
         anchors: Number of anchors, summed over all levels.
         births: Number of new Gaussians.

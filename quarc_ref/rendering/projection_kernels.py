@@ -252,8 +252,8 @@ def _project_axes_backward(camera, rotation, quaternions, scales, i, g_m, g_quat
 @kernel
 def _viewing_direction(camera, means, i):
     x, y, z = means[i, 0] - camera[19], means[i, 1] - camera[20], means[i, 2] - camera[21]
-    inverse_length = _1 / math.sqrt(x * x + y * y + z * z)
-    return x * inverse_length, y * inverse_length, z * inverse_length, inverse_length
+    inverse_distance = _1 / math.sqrt(x * x + y * y + z * z)
+    return x * inverse_distance, y * inverse_distance, z * inverse_distance, inverse_distance
 
 
 @kernel
@@ -267,7 +267,7 @@ def _shade(camera, means, sh, colors, i):
 
 @kernel
 def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
-    """Store the gradient of SH; return the mean's gradient, due to the viewing direction."""
+    """Store the gradient of SH; return the part of the mean's due to the direction."""
     x, y, z, inverse_distance = _viewing_direction(camera, means, i)
     gx, gy, gz = _0, _0, _0
     for k in range(3):

@@ -63,7 +63,7 @@ class _SkippedFrames:
     """What a cut needs to know about the frames that it skips.
 
     Attributes:
-        last_keyframe: Ordinal of the last skipped canonical frame or snapshot.
+        last_keyframe: Ordinal of the last skipped canonical frame (CANO or SNAP).
         reference: The last skipped CANO, if snapshots may refer to it.
     """
 

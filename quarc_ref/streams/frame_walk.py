@@ -12,10 +12,8 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.container import Chunk, ChunkHeader
 from quarc_ref.format.errors import ChunkOrderError, FrameOrderError, TruncatedError
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.resync import parse_frame_number
+from quarc_ref.streams.resync import ORDINAL_BYTES, parse_ordinal
 from quarc_ref.streams.source import Source
-
-_ORDINAL_BYTES = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +31,7 @@ class Step:
 
     @property
     def is_canonical(self) -> bool:
-        """Whether the chunk is a canonical frame or a snapshot."""
+        """Whether the chunk is a canonical frame (CANO or SNAP)."""
         return self.header.kind in container.CANONICAL_TYPES
 
     @property
@@ -99,7 +97,7 @@ class FrameWalk:
         if header.kind in container.CANONICAL_TYPES:
             ordinal = self._read_ordinal(header)
             if frame is not None and ordinal != frame + 1:
-                message = f"frame {ordinal} follows frame {frame}, not frame {ordinal - 1}"
+                message = f"frame {ordinal} follows frame {frame}; expected frame {frame + 1}"
                 raise FrameOrderError(message, header.offset)
             return ordinal
         if header.kind != container.FRAM:
@@ -110,10 +108,10 @@ class FrameWalk:
         return frame + 1
 
     def _read_ordinal(self, header: ChunkHeader) -> int:
-        data = self._reader.source.read(header.payload_offset, _ORDINAL_BYTES)
-        if len(data) < _ORDINAL_BYTES:
+        data = self._reader.source.read(header.payload_offset, ORDINAL_BYTES)
+        if len(data) < ORDINAL_BYTES:
             _raise_truncated(header)
-        return parse_frame_number(data)
+        return parse_ordinal(data)
 
 
 def _raise_truncated(header: ChunkHeader) -> NoReturn:

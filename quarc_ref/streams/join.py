@@ -17,11 +17,11 @@ from quarc_ref.format.errors import BitstreamError, EditError
 from quarc_ref.format.layouts import VERSION
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.frame_walk import FrameWalk, Step
+from quarc_ref.streams.resync import ORDINAL_BYTES
 from quarc_ref.streams.source import Source
 from quarc_ref.streams.stream_writer import StreamWriter
 
 _LEVEL_OFFSET = VERSION.sizeof()
-_ORDINAL_BYTES = 4
 
 
 def join(sources: Sequence[Source], sink: BinaryIO) -> int:
@@ -165,16 +165,16 @@ class _StreamJoiner:
                 return
             self._prologue_chunks.add((chunk.kind, payload))
         elif step.is_canonical:
-            payload = self._shift_frame_number(payload, 0)
+            payload = self._shift_ordinal(payload, 0)
             if chunk.kind == container.SNAP:
-                payload = self._shift_frame_number(payload, _ORDINAL_BYTES)
+                payload = self._shift_ordinal(payload, ORDINAL_BYTES)
         self._writer.write(chunk.kind, payload)
 
-    def _shift_frame_number(self, payload: bytes, offset: int) -> bytes:
+    def _shift_ordinal(self, payload: bytes, offset: int) -> bytes:
         """Return the payload with the shift added to the frame number at byte `offset`."""
-        end = offset + _ORDINAL_BYTES
+        end = offset + ORDINAL_BYTES
         ordinal = self._joined_frame(int.from_bytes(payload[offset:end], "little"))
-        return payload[:offset] + ordinal.to_bytes(_ORDINAL_BYTES, "little") + payload[end:]
+        return payload[:offset] + ordinal.to_bytes(ORDINAL_BYTES, "little") + payload[end:]
 
     def _joined_frame(self, frame: int) -> int:
         """Return the number that a frame has in the joined stream."""

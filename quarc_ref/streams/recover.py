@@ -23,7 +23,7 @@ from quarc_ref.streams.resync import (
     ResumeConditions,
     SearchBudget,
     find_resumption,
-    parse_frame_number,
+    parse_ordinal,
 )
 from quarc_ref.streams.source import Source, as_source
 
@@ -167,11 +167,11 @@ class _Recovery:
     def _read_ordinal(self, resumption: ChunkHeader) -> int | None:
         """Return the ordinal of a CANO or SNAP; for TAIL, that of the last frame plus 1.
 
-        For TAIL, the result is None if no frame has been decoded.
+        For TAIL, the result is None if the stream's first frame was not decoded.
         """
         payload = self._source.read(resumption.payload_offset, TAIL_BYTES)
         if resumption.kind in container.CANONICAL_TYPES:
-            return parse_frame_number(payload)
+            return parse_ordinal(payload)
         if self._first_frame is None:
             return None
         return self._first_frame + wire.parse_tail(payload).frame_count

@@ -19,8 +19,8 @@ from quarc_ref.streams.source import Source
 MAX_WINDOW_BYTES = 1 << 20
 _FIRST_WINDOW_BYTES = 1 << 12  # small, because the next chunk is often near
 _BUDGET_FACTOR = 16
-_PAYLOAD_BYTES_AT_LEVEL_30 = LEVELS[30].chunk_bytes
-_ORDINAL_BYTES = 4
+_MAX_BUDGETED_PAYLOAD_BYTES = LEVELS[30].chunk_bytes
+ORDINAL_BYTES = 4
 
 
 class SearchBudget:
@@ -31,7 +31,7 @@ class SearchBudget:
     """
 
     def __init__(self, max_payload_bytes: int) -> None:
-        self._base_budget = _BUDGET_FACTOR * min(max_payload_bytes, _PAYLOAD_BYTES_AT_LEVEL_30)
+        self._base_budget = _BUDGET_FACTOR * min(max_payload_bytes, _MAX_BUDGETED_PAYLOAD_BYTES)
         self._spent_bytes = 0
 
     def spend(self, byte_count: int) -> None:
@@ -70,24 +70,24 @@ class ResumeConditions:
         if header.kind == container.TAIL:
             return header.length == TAIL_BYTES
         if header.kind == container.SNAP:
-            return self.canonical is not None and header.length >= 2 * _ORDINAL_BYTES
-        return header.kind == container.CANO and header.length >= _ORDINAL_BYTES
+            return self.canonical is not None and header.length >= 2 * ORDINAL_BYTES
+        return header.kind == container.CANO and header.length >= ORDINAL_BYTES
 
     def matches_payload(self, header: ChunkHeader, source: Source) -> bool:
         """Return whether the payload of a chunk with a matching header meets the conditions."""
         if header.kind == container.TAIL:
             return not source.read(header.end, 1)
-        payload = source.read(header.payload_offset, 2 * _ORDINAL_BYTES)
-        if header.kind == container.SNAP and parse_frame_number(payload[_ORDINAL_BYTES:]) != (
+        payload = source.read(header.payload_offset, 2 * ORDINAL_BYTES)
+        if header.kind == container.SNAP and parse_ordinal(payload[ORDINAL_BYTES:]) != (
             self.canonical
         ):
             return False
-        return parse_frame_number(payload) >= self.frame  # [11.4-1]
+        return parse_ordinal(payload) >= self.frame  # [11.4-1]
 
 
-def parse_frame_number(payload: bytes) -> int:
+def parse_ordinal(payload: bytes) -> int:
     """Return the frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
-    return int.from_bytes(payload[:_ORDINAL_BYTES], "little")
+    return int.from_bytes(payload[:ORDINAL_BYTES], "little")
 
 
 def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:

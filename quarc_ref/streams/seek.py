@@ -14,9 +14,8 @@ from quarc_ref.format.errors import BitstreamError, FieldError, IndexMismatchErr
 from quarc_ref.format.records import SeekPoint
 from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.resync import ORDINAL_BYTES
 from quarc_ref.streams.source import Source
-
-_ORDINAL_BYTES = 4
 
 
 def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
@@ -57,7 +56,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _read_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    point = points.find_by_frame(_read_frame_number(reader, header, _ORDINAL_BYTES))  # [11.2-5]
+    point = points.find_by_frame(_read_ordinal(reader, header, ORDINAL_BYTES))  # [11.2-5]
     if point is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
@@ -102,7 +101,7 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
     with suppress(TruncatedError):
         for header in reader.headers():
             if header.kind in container.CANONICAL_TYPES:
-                next_frame = _read_frame_number(reader, header, 0)
+                next_frame = _read_ordinal(reader, header, 0)
                 points.append(SeekPoint(header.offset, header.sequence, next_frame))
             next_frame += header.kind in container.FRAME_TYPES
             if next_frame > frame:
@@ -110,13 +109,13 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
     return SeekPoints.from_records(points)
 
 
-def _read_frame_number(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
+def _read_ordinal(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
     """Read the frame number at byte `offset` of a payload."""
-    if header.length < offset + _ORDINAL_BYTES:
+    if header.length < offset + ORDINAL_BYTES:
         message = f"a payload of {header.length} bytes is too short for a frame number"
         raise FieldError(message, header.offset)
-    data = reader.source.read(header.payload_offset + offset, _ORDINAL_BYTES)
-    if len(data) < _ORDINAL_BYTES:
+    data = reader.source.read(header.payload_offset + offset, ORDINAL_BYTES)
+    if len(data) < ORDINAL_BYTES:
         message = "the stream ends inside a chunk"
         raise TruncatedError(message, header.offset)
     return int.from_bytes(data, "little")

@@ -11,7 +11,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.constants import MAGIC
 from quarc_ref.format.container import Chunk, build_chunk
 from quarc_ref.format.records import SeekPoint, Tail
-from quarc_ref.streams.resync import parse_frame_number
+from quarc_ref.streams.resync import parse_ordinal
 
 
 class StreamWriter:
@@ -75,7 +75,7 @@ class StreamWriter:
             self._sink.write(data)
             self._sink.flush()
         if kind in container.CANONICAL_TYPES:
-            self._points.append(SeekPoint(self.offset, self.sequence, parse_frame_number(payload)))
+            self._points.append(SeekPoint(self.offset, self.sequence, parse_ordinal(payload)))
         self.frame_count += kind in container.FRAME_TYPES
         self.offset += len(data) - len(prefix)
         self.sequence += 1

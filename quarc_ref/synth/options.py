@@ -52,7 +52,7 @@ class SynthOptions:
             raise ValueError(message)
 
     @property
-    def scene_variant(self) -> Variant:
+    def variant_properties(self) -> Variant:
         """The properties of the scene's variant."""
         return VARIANTS[self.variant]
 

@@ -88,7 +88,7 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
 
 def _make_color_matrices(camera_count: int, options: SynthOptions) -> Float64:
     """Return `[camera_count, 3, 3]` color matrices, all identity if `camera_gain_spread` is 0."""
-    spread = options.scene_variant.camera_gain_spread
+    spread = options.variant_properties.camera_gain_spread
     random_numbers = make_generator(options.seed, "films").standard_normal((camera_count, 4, 3))
     gains = np.exp(spread * (0.95 * random_numbers[:, 0, :1] + 0.3 * random_numbers[:, 1]))
     return np.eye(3) * gains[:, None] + spread / 10 * random_numbers[:, 1:]
@@ -107,7 +107,7 @@ def _make_camera(
     right = right / np.linalg.norm(right)
     axes = np.stack((right, np.cross(forward, right), forward))
     half_field_of_view = (
-        _HALL_HALF_FIELD_OF_VIEW if options.scene_variant.is_hall else _HALF_FIELD_OF_VIEW
+        _HALL_HALF_FIELD_OF_VIEW if options.variant_properties.is_hall else _HALF_FIELD_OF_VIEW
     )
     focal_length = options.width / (2 * math.tan(half_field_of_view))
     return RigCamera(center, axes, focal_length, options.width, options.height, color_matrix)

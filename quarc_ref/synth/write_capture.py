@@ -52,16 +52,16 @@ def fill_synthetic_capture(
     folder: OutputFolder, options: SynthOptions, progress: Callable[[int, int], None]
 ) -> None:
     """Write a synthetic capture to an open output folder; see `write_synthetic_capture`."""
-    scene, cameras = make_scene(options.seed, options.scene_variant), place_cameras(options)
-    scenes_by_frame = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
-    picture_count = len(cameras) * len(scenes_by_frame)
+    scene, cameras = make_scene(options.seed, options.variant_properties), place_cameras(options)
+    arrays_per_frame = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
+    picture_count = len(cameras) * len(arrays_per_frame)
     first_pictures, poses_bounds_rows = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for index, camera in enumerate(cameras):
             views = []
-            for view in pool.map(trace_view, scenes_by_frame, repeat(camera)):
+            for view in pool.map(trace_view, arrays_per_frame, repeat(camera)):
                 views.append(view)
-                progress(index * len(scenes_by_frame) + len(views), picture_count)
+                progress(index * len(arrays_per_frame) + len(views), picture_count)
             pictures = [view.picture for view in views]
             write_video(folder.register(f"cam{index:02}.mp4"), pictures, options)
             poses_bounds_rows.append(
@@ -73,7 +73,7 @@ def fill_synthetic_capture(
             first_pictures.append(pictures[0])
     with folder.open("poses_bounds.npy") as file:
         np.save(file, np.stack(poses_bounds_rows))
-    points = _sample_points(scenes_by_frame[0], cameras[1:], first_pictures[1:], options.seed)
+    points = _sample_points(arrays_per_frame[0], cameras[1:], first_pictures[1:], options.seed)
     write_points_ply(folder.register("points3D_init.ply"), points)
 
 

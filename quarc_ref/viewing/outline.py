@@ -38,13 +38,13 @@ class Outline:
     chunk_headers: tuple[ChunkHeader, ...]
 
     @property
-    def end_frame(self) -> int:
+    def stop(self) -> int:
         """Ordinal after the last frame."""
         return self.first_frame + len(self.chunk_headers)
 
     def count_frames(self, start: int, stop: int | None) -> int:
         """Return the number of frames in the stream from `start` to `stop` - 1."""
-        end = self.end_frame if stop is None else min(stop, self.end_frame)
+        end = self.stop if stop is None else min(stop, self.stop)
         return max(0, end - max(start, self.first_frame))
 
 

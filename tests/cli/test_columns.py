@@ -2,8 +2,8 @@ import pytest
 
 from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS
 from quarc_ref.cli.verbs.stream import describe_stream
-from quarc_ref.evaluation.comparison.tables import METRIC_COLUMNS, POINT_HEADINGS
-from quarc_ref.evaluation.quality import METRIC_COLUMNS as EVAL_METRIC_COLUMNS
+from quarc_ref.evaluation.comparison.tables import COMPARE_METRIC_COLUMNS, POINT_HEADINGS
+from quarc_ref.evaluation.quality import EVAL_METRIC_COLUMNS
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KINDS
 from tests.cli.commands import run
@@ -19,7 +19,9 @@ def test_every_column_of_eval_and_compare_is_explained():
     explained_names = _split_names(COMPARE_COLUMNS) | {
         "is"
     }  # the column `is` is explained in the row of `entry`
-    assert {heading for heading, _, _ in METRIC_COLUMNS} | set(POINT_HEADINGS) <= explained_names
+    assert {heading for heading, _, _ in COMPARE_METRIC_COLUMNS} | set(
+        POINT_HEADINGS
+    ) <= explained_names
 
 
 def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):

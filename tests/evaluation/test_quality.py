@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.evaluation.camera_meter import VARIANTS
-from quarc_ref.evaluation.quality import METRIC_COLUMNS, Quality, average
+from quarc_ref.evaluation.quality import EVAL_METRIC_COLUMNS, Quality, average
 
-_NAMES = [name for _, name, _ in METRIC_COLUMNS]
+_NAMES = [name for _, name, _ in EVAL_METRIC_COLUMNS]
 _VALUES = st.none() | st.floats(-50, 50)
 
 
@@ -53,7 +53,7 @@ def test_json_has_means_and_every_frame():
     )
     printed = json.loads(json.dumps(quality.as_json(), allow_nan=False))
 
-    assert quality.count_equal_views() == (1, 2)
+    assert quality.count_views_at_max_psnr() == (1, 2)
     assert printed["psnr_per_frame"] == [100.0, 30.0]
     assert printed["psnr"] == 65
     assert printed["quality"]["mean"]["moving_psnr"] == 1
@@ -69,4 +69,4 @@ def test_a_table_has_a_line_for_each_camera_and_one_for_the_mean():
 
     assert [line[:2] for line in lines] == [["a", "30.00"], ["b", "31.00"], ["mean", "30.50"]]
     assert {line[5] for line in lines} == {"-"}
-    assert {len(line) for line in lines} == {len(METRIC_COLUMNS) + 1}
+    assert {len(line) for line in lines} == {len(EVAL_METRIC_COLUMNS) + 1}

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from quarc_ref.decoder.canonical import begin_canonical
-from quarc_ref.decoder.digest import compute_scene_crc, state_crc
+from quarc_ref.decoder.digest import compute_state_crc, state_crc
 from quarc_ref.decoder.frames import decode_births, decode_motion, decode_updates
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts
 from quarc_ref.decoder.state import State
@@ -53,7 +53,7 @@ class StreamWriter:
     def canonical(self, gaussians: Gaussians, frame: int) -> None:
         origin, axis_bits, ordered = sort_canonical(gaussians)
         state = begin_canonical(self.header, frame, ordered)
-        crc = compute_scene_crc(state.scene, all_fields=True)
+        crc = compute_state_crc(state.scene, all_fields=True)
         sections = write_canonical(ordered, origin)
         chunk = CanonicalChunk(frame, ordered.count, origin, axis_bits, sections, crc)
         self.reference = (frame, ordered)
@@ -76,7 +76,7 @@ class StreamWriter:
             coded.axis_bits,
             coded.survivors,
             coded.sections,
-            compute_scene_crc(state.scene, all_fields=True),
+            compute_state_crc(state.scene, all_fields=True),
         )
         self._append_canonical(b"SNAP", wire.build_snapshot(chunk), state)
 

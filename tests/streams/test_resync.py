@@ -109,4 +109,4 @@ def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
 
 
 def test_the_ordinal_of_a_frame_is_its_first_field():
-    assert resync.parse_frame_number((1 << 31).to_bytes(4, "little") + b"more") == 1 << 31
+    assert resync.parse_ordinal((1 << 31).to_bytes(4, "little") + b"more") == 1 << 31

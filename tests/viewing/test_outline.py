@@ -34,7 +34,7 @@ def test_the_frames_are_those_of_the_stream(data):
     assert outline.header == make_stream()[1][0].scene.header
     kinds = [chunk.kind for chunk in outline.chunk_headers]
     assert kinds == [b"CANO", b"FRAM", b"FRAM", b"CANO", b"FRAM"]
-    assert (outline.first_frame, outline.end_frame) == (0, 5)
+    assert (outline.first_frame, outline.stop) == (0, 5)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_a_part_of_a_stream_keeps_its_ordinals(data):
     part = rebuild_stream((chunk.kind, chunk.payload) for chunk in (head, came, *later))
     outline = outline_stream(BytesSource(part))
 
-    assert (outline.first_frame, outline.end_frame) == (3, 5)
+    assert (outline.first_frame, outline.stop) == (3, 5)
     assert outline.count_frames(0, 4) == 1
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -22,9 +22,6 @@ from quarc_ref.cli.targets import growing_folder, open_output_frame, written_fol
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 from quarc_ref.inspection.wording import format_count
-
-if TYPE_CHECKING:
-    pass
 
 _FORMAT_HELP = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORT_FORMATS.values()) + "."
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.completion import complete_preset
+from quarc_ref.cli.encode_arguments import HeldOut
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
 from quarc_ref.cli.options import AsJson, CaptureFolder, Quiet
@@ -37,15 +38,7 @@ def doctor(
     downscale: Annotated[
         int, typer.Option("--downscale", min=1, help="Downscale the pictures by this factor.")
     ] = 1,
-    held_out: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--held-out",
-            metavar="NAME",
-            help="Camera to hold out from training and use in eval; may be repeated.",
-            show_default="the first",
-        ),
-    ] = None,
+    held_out: HeldOut = None,
     preset: Annotated[
         str,
         typer.Option(

@@ -30,6 +30,7 @@ from quarc_ref.cli.encode_arguments import (
     reject_conflicts,
     reject_segment_options,
 )
+from quarc_ref.cli.encode_findings import FindingCollector
 from quarc_ref.cli.encode_job import (
     EncodeJob,
     WriteMode,
@@ -39,7 +40,6 @@ from quarc_ref.cli.encode_job import (
     encode_to_pipe,
 )
 from quarc_ref.cli.encode_monitors import LogOptions, open_monitors
-from quarc_ref.cli.encode_warnings import FindingCollector
 from quarc_ref.cli.encoder_options import format_settings, make_config, require_positive
 from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import (

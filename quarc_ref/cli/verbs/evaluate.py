@@ -107,7 +107,7 @@ def _warn_about_other_capture(protocol: "Protocol") -> None:
 def _report_equal_views(quality: "Quality") -> None:
     from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
-    equal_count, view_count = quality.count_equal_views()
+    equal_count, view_count = quality.count_views_at_max_psnr()
     if equal_count:
         print_message(
             f"{equal_count} of {view_count} views equal the truth; each counts as "

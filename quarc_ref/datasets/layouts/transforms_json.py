@@ -61,8 +61,8 @@ def read_nerfstudio(folder: Path) -> Footage:
     if all(entry.time is not None for entry in entries):
         return _load_pictures(path, transforms, _build_rig(entries, path))
     message = (
-        f"{path} is not a multi-view video: if one entry has a 'time', all entries must have a "
-        "'time'"
+        f"{path} is not a multi-view video: its entries must be either all videos or all pictures, "
+        "and if one picture has a 'time', all pictures must have one"
     )
     raise UnknownLayoutError(message)
 

@@ -122,9 +122,9 @@ def _assign_poses(agreements: NDArray[np.float64]) -> NDArray[np.intp]:
     """
     own_poses = np.arange(len(agreements))
     poses = linear_sum_assignment(agreements, maximize=True)[1]
-    best_agreements = agreements[own_poses, poses]
-    is_better = (best_agreements > agreements[own_poses, own_poses] + _MIN_SWAP_GAIN) & (
-        best_agreements >= _MIN_AGREEMENT
+    assigned_agreements = agreements[own_poses, poses]
+    is_better = (assigned_agreements > agreements[own_poses, own_poses] + _MIN_SWAP_GAIN) & (
+        assigned_agreements >= _MIN_AGREEMENT
     )
     for _ in own_poses:  # rejects a permutation if one of its pictures does not improve
         is_better &= is_better[poses]

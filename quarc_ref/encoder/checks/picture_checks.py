@@ -88,8 +88,8 @@ def _measure_picture(
 def _compare_light(log_light: Numbers) -> Numbers:
     """Return `[camera, 4]` exposure and three tints relative to the median camera, in stops.
 
-    Each value is the lower or upper quartile over the points, whichever is nearer to 0, because
-    undetected occlusions at some of the points exaggerate the differences.
+    Each value is the lower or upper quartile over the points, whichever is nearer to 0 (or 0 if
+    their signs differ), because undetected occlusions at some points exaggerate differences.
 
     Args:
         log_light: `[camera, P, 3]` `_PictureMeasurements.log_light` of each camera.

@@ -18,7 +18,7 @@ from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import BitstreamError, ResumeError, TruncatedError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.resync import parse_frame_number
+from quarc_ref.streams.resync import parse_ordinal
 from quarc_ref.streams.source import Source
 
 _PROLOGUE = (container.HEAD, container.CAME, container.META)
@@ -149,14 +149,14 @@ def require_frame_count(partial_stream: PartialStream, frame_count: int) -> None
     """Raise ResumeError if the stream has too many frames, or is complete but has too few."""
     found_count = len(partial_stream.frames)
     if found_count > frame_count or (partial_stream.is_finished and found_count < frame_count):
-        verb_phrase = "is complete with" if partial_stream.is_finished else "has"
-        message = f"the stream {verb_phrase} {found_count} frames, but {frame_count} are requested"
+        state = "is complete with" if partial_stream.is_finished else "has"
+        message = f"the stream {state} {found_count} frames, but {frame_count} are requested"
         raise ResumeError(message)
 
 
 def _canonical_ordinal(chunk: Chunk) -> int | None:
     """Return the ordinal that a CANO or SNAP chunk contains; None for other chunks."""
-    return parse_frame_number(chunk.payload) if chunk.kind in container.CANONICAL_TYPES else None
+    return parse_ordinal(chunk.payload) if chunk.kind in container.CANONICAL_TYPES else None
 
 
 def _round_trip_cameras(cameras: Sequence[Camera]) -> tuple[Camera, ...]:

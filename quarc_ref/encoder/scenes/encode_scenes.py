@@ -3,8 +3,8 @@
 frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
 
-A frame becomes a canonical frame if more than half of its Gaussians are new, or if it has more
-new Gaussians than the conformance level allows.
+Frame 0 and every `keyframe_interval`-th frame are canonical frames. Another frame becomes one if
+more than half of its Gaussians are new, or more than the conformance level allows.
 """
 
 from collections.abc import Iterable

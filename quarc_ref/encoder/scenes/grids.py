@@ -32,8 +32,8 @@ def find_step(values: NDArray[np.floating], min_step: float) -> float | None:
         return None
     # the largest value gives the most accurate estimate of the step
     step = float(distinct_values[-1] / multiples[-1])
-    multiples = distinct_values / step
-    is_on_grid = np.abs(multiples - np.rint(multiples)).max() < _GRID_TOLERANCE
+    quotients = distinct_values / step
+    is_on_grid = np.abs(quotients - np.rint(quotients)).max() < _GRID_TOLERANCE
     return step if is_on_grid else None
 
 

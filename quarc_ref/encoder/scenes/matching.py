@@ -16,9 +16,8 @@ from numpy.typing import NDArray
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.arrays import Bits, Int64
 
-_MAX_RELATIVE_MOTION = (
-    10.0  # largest plausible motion in a frame, relative to the scale of a Gaussian
-)
+# Largest plausible motion in a frame, relative to the scale of a Gaussian.
+_MAX_RELATIVE_MOTION = 10.0
 _MAX_COLOR_CHANGE = 1.0  # largest plausible change of SH DC; it changes colors (0 to 1) by 0.28
 
 

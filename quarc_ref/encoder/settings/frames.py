@@ -95,8 +95,8 @@ class BirthSettings(Validated):
     grad_threshold: NonNegativeFloat = described(
         1.5e-4,
         "Screen-space gradient, in NDC, above which a new Gaussian is split if it is larger than "
-        "births.max_parent_scale. With births.placement=gate, a smaller Gaussian is cloned if its "
-        "gradient, weighted by the change gate, is above this threshold.",
+        "births.max_parent_scale. With births.placement=gate, an existing Gaussian up to that "
+        "scale is cloned if its gradient, weighted by the change gate, is above this threshold.",
     )
     error_threshold: NonNegativeFloat = described(
         0.08,
@@ -105,8 +105,9 @@ class BirthSettings(Validated):
     )
     error_radius: NonNegativeInt = described(
         1,
-        "With births.placement=errors, a pixel gets a new Gaussian only if no other pixel within "
-        "this distance, in pixels, has a larger error; 0: pixels are not compared.",
+        "With births.placement=errors, a pixel gets a new Gaussian only if no pixel has a larger "
+        "error in the square that extends this many pixels to each side; 0: pixels are not "
+        "compared.",
     )
     death_opacity: UnitInterval = described(
         1.0,

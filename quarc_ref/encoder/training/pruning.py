@@ -10,8 +10,8 @@ derivative of the sum.
 The criterion is the squared change, not the increase of the error, because fine-tuning of the
 other Gaussians removes much of the increase. The error around a Gaussian is the sum of the
 squared errors of the pixels in which it is visible, weighted by its share of each pixel. The
-pruning threshold is a multiple of the median, over all Gaussians, of the error around a
-Gaussian. Saturated lamps and black backgrounds barely affect the median.
+pruning threshold is a multiple of the median of this error over all visible Gaussians, but at
+most the median contribution. Saturated lamps and black backgrounds barely affect the median.
 """
 
 from dataclasses import replace

@@ -7,7 +7,7 @@ from importlib import resources
 from pathlib import Path
 
 from quarc_ref.evaluation.comparison.measure import ComparedView, Comparison
-from quarc_ref.evaluation.comparison.summary import OperatingPoint, Summary, average_over_cameras
+from quarc_ref.evaluation.comparison.summary import OperatingPoint, Summary
 from quarc_ref.evaluation.comparison.tables import (
     describe_equal_views,
     format_delta_rows,
@@ -141,7 +141,7 @@ def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:
     curves = {
         label: Curve(
             comparison.frames,
-            [frame_metrics["psnr"] or 0.0 for frame_metrics in average_over_cameras(entry)],
+            [frame_metrics["psnr"] or 0.0 for frame_metrics in entry.quality.by_frame()],
         )
         for label, entry in zip(labels, comparison.measured_entries, strict=True)
     }

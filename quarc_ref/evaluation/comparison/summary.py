@@ -9,7 +9,6 @@ from quarc_ref.evaluation.camera_meter import Measures
 from quarc_ref.evaluation.comparison.bd_rate import BjontegaardDeltas, Curve, compare_curves
 from quarc_ref.evaluation.comparison.entries import Label
 from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
-from quarc_ref.evaluation.quality import average
 from quarc_ref.inspection.stream_summary import KILOBYTE
 
 _MEGABIT = 1e6
@@ -221,10 +220,3 @@ def _compare_methods(
     return compare_curves(
         _build_curve(points, reference_method, metric), _build_curve(points, method, metric)
     )
-
-
-def average_over_cameras(measured_entry: MeasuredEntry) -> list[Measures]:
-    """Return the metrics averaged over the cameras, one `Measures` per frame."""
-    return [
-        average(views) for views in zip(*measured_entry.quality.per_camera.values(), strict=True)
-    ]

@@ -13,7 +13,7 @@ from quarc_ref.evaluation.metrics import MAX_DECIBELS
 
 _MISSING = "-"
 # Heading, name of the metric, format.
-METRIC_COLUMNS = (
+COMPARE_METRIC_COLUMNS = (
     ("PSNR", "psnr", ".2f"),
     ("SSIM", "ssim", ".4f"),
     ("LPIPS", "lpips", ".4f"),
@@ -28,7 +28,9 @@ POINT_HEADINGS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to f
 
 def list_point_headings(summary: Summary) -> list[str]:
     """Return the headings of `format_point_rows`."""
-    metrics = [heading for heading, name, _ in METRIC_COLUMNS if name in summary.points[0].metrics]
+    metrics = [
+        heading for heading, name, _ in COMPARE_METRIC_COLUMNS if name in summary.points[0].metrics
+    ]
     return [*POINT_HEADINGS[:3], *metrics, *POINT_HEADINGS[3:]]
 
 
@@ -47,9 +49,9 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
     return [
         [
             deltas.method,
-            _format_rate(deltas.psnr),
+            _format_bd_rate(deltas.psnr),
             _MISSING if deltas.psnr.quality is None else f"{deltas.psnr.quality:+.2f} dB",
-            _format_rate(deltas.ssim),
+            _format_bd_rate(deltas.ssim),
             deltas.psnr.remark or deltas.ssim.remark or _MISSING,
         ]
         for deltas in summary.deltas
@@ -57,10 +59,10 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
 
 
 def describe_equal_views(comparison: Comparison) -> list[str]:
-    """Return a remark for each entry with views that are identical to the ground truth."""
+    """Return a remark for each entry with views whose PSNR is `MAX_DECIBELS`."""
     remarks = []
     for entry in comparison.measured_entries:
-        equal_count, view_count = entry.quality.count_equal_views()
+        equal_count, view_count = entry.quality.count_views_at_max_psnr()
         if equal_count:
             remarks.append(
                 f"{entry.label}: {equal_count} of {view_count} views equal the truth; each counts "
@@ -130,7 +132,7 @@ def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
 def _format_point_row(point: OperatingPoint) -> list[str]:
     metrics = [
         format_statistics(point.metrics[name], format_spec)
-        for _, name, format_spec in METRIC_COLUMNS
+        for _, name, format_spec in COMPARE_METRIC_COLUMNS
         if name in point.metrics
     ]
     rate, paired_difference = point.megabits_per_second, point.paired_difference
@@ -170,7 +172,7 @@ def _deviation_or_none(statistics: Statistics | None) -> float | None:
     return None if statistics is None else statistics.deviation
 
 
-def _format_rate(deltas: BjontegaardDeltas) -> str:
+def _format_bd_rate(deltas: BjontegaardDeltas) -> str:
     return _MISSING if deltas.rate is None else f"{deltas.rate:+.1f} %"
 
 
