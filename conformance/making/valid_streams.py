@@ -1,5 +1,7 @@
 """Makes the valid streams in streams/; each tests one feature."""
 
+from typing import Any
+
 from making.changes import Change, CodedGaussian
 from making.motion_streams import make_birth_and_death_streams, make_motion_streams
 from making.payloads import Head, pack_camera, pack_cameras, pack_metadata
@@ -65,9 +67,9 @@ def make_streams() -> list[ValidStream]:
     ]
 
 
-def _make_still_stream(**fields: object) -> Stream:
+def _make_still_stream(**fields: Any) -> Stream:
     sh_degree = fields.get("sh_degree", 1)
-    return Stream(Head(**fields)).add_canonical(0, make_cloud(6, sh_degree=sh_degree))  # type: ignore[arg-type]
+    return Stream(Head(**fields)).add_canonical(0, make_cloud(6, sh_degree=sh_degree))
 
 
 def _make_container_streams() -> list[ValidStream]:
@@ -208,12 +210,13 @@ def _make_field_extreme_streams() -> list[ValidStream]:
 
 
 def _make_minimum_field_stream() -> Stream:
-    fields = {"timescale": 1, "lattice_exponent": 0, "position_step": 1, "translation_step": 1}
+    fields: dict[str, Any] = {"timescale": 1, "lattice_exponent": 0}
+    fields |= {"position_step": 1, "translation_step": 1}
     fields |= {"rotation_unity": 1, "rotation_bits": 1, "sh_degree": 0, "level_count": 1}
     fields |= {"gaussians_per_anchor": 1, "resample_interval": 1, "full_crc_interval": 1, "seed": 0}
     float_fields = {"log_scale_step": 1e-45, "opacity_step": 1e-45, "meters_per_unit": -0.0}
     gaussians = [CodedGaussian((0, 0, 0), (0, 1, 0, 0)), CodedGaussian((1, 0, 0), (1, 0, -1, 0))]
-    stream = Stream(Head(**fields, **float_fields, right_handed=0)).add_canonical(0, gaussians)  # type: ignore[arg-type]
+    stream = Stream(Head(**fields, **float_fields, right_handed=0)).add_canonical(0, gaussians)
     return stream.add_frame(Change(select_symbols((1, 1, [1, 0, 0, 0, 0, -1])))).finish()
 
 

@@ -2,6 +2,7 @@
 
 import random
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -59,8 +60,10 @@ class RecordGenerator:
 
     def generate_header(self) -> StreamHeader:
         """Generate a header."""
-        fields = {name: self.rng.choice(values) for name, values in _HEADER_VALUES.items()}
-        return StreamHeader(**fields)  # type: ignore[arg-type]
+        fields: dict[str, Any] = {
+            name: self.rng.choice(values) for name, values in _HEADER_VALUES.items()
+        }
+        return StreamHeader(**fields)
 
     def generate_gaussians(self, header: StreamHeader) -> Gaussians:
         """Generate the Gaussians of a canonical frame."""
