@@ -148,7 +148,7 @@ def test_pictures_without_times_are_rejected(frames_folder, shots):
     del document["frames"][7]["time"]
     scenes.write_transforms(frames_folder, document)
 
-    with pytest.raises(UnknownLayoutError, match="all entries must have a 'time'"):
+    with pytest.raises(UnknownLayoutError, match="all pictures must have one"):
         read_nerfstudio(frames_folder)
 
 
