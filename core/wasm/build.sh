@@ -71,7 +71,7 @@ esac
 export RUSTC_BOOTSTRAP=1 # for -Z
 export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER="$linker"
 flags="-Ctarget-feature=+simd128 -Zunstable-options -Cpanic=immediate-abort -Clink-arg=--strip-all"
-for limit in inline-threshold=5 inlinehint-threshold=70 unroll-runtime=false unroll-partial-threshold=0 unroll-threshold=40; do
+for limit in inline-threshold=5 inlinehint-threshold=84 unroll-runtime=false unroll-partial-threshold=0 unroll-threshold=40; do
     flags="$flags -Cllvm-args=-$limit"
 done
 export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_RUSTFLAGS="$flags"

@@ -93,9 +93,8 @@ class FramePipeline:
         closed = Event()
         follow = self.follow and replace(self.follow, stop_event=closed)
         dequantize = engine.make_dequantizer()
-        decoded_frames = Prefetcher(
-            lambda: self._decode(engine, start, stop, follow), self.prefetch
-        )
+        # A single frame is enough, because the buffer of converted frames follows.
+        decoded_frames = Prefetcher(lambda: self._decode(engine, start, stop, follow), max_items=1)
         return Prefetcher(
             lambda: self._dequantize(decoded_frames, start, stop, dequantize),
             self.prefetch,

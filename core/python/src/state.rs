@@ -116,7 +116,7 @@ impl State {
     /// `[c, N]` the motion of each Gaussian in this frame.
     fn motion<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<i16>>> {
         let state = self.inner();
-        arrays::channel_array(py, state.motion(), state.header().symbol_planes())
+        arrays::channel_array(py, &state.motion(), state.header().symbol_planes())
     }
 
     /// `[c, a]` symbols of the anchors of each level.

@@ -164,6 +164,18 @@ pub fn remove_entries<T: Copy>(numbers: &mut Vec<T>, gone: &[u32]) {
     numbers.truncate(to);
 }
 
+/// Converts ascending indices after a removal to the indices before it; `gone` are the removed
+/// ones, ascending.
+pub fn before_removal(gone: &[u32]) -> impl FnMut(usize) -> usize + '_ {
+    let mut passed = 0;
+    move |index| {
+        while gone.get(passed).map_or(false, |&gone| gone as usize <= index + passed) {
+            passed += 1;
+        }
+        index + passed
+    }
+}
+
 /// The ranges between the ascending indices to be removed.
 pub fn kept_ranges(gone: &[u32], columns: usize) -> impl Iterator<Item = Range<usize>> + '_ {
     let begins = std::iter::once(0).chain(gone.iter().map(|&index| index as usize + 1));

@@ -20,7 +20,7 @@ pub use sampler::count_anchors;
 
 use crate::parallel::each;
 use crate::records::Header;
-use crate::rows::{kept_ranges, remove_entries, Rows};
+use crate::rows::{before_removal, kept_ranges, remove_entries, Rows};
 use alone::nearest_alone;
 use order::Order;
 use runs::Tier;
@@ -134,13 +134,8 @@ impl Anchors {
 
     /// The slots of Gaussians with ascending indices.
     fn find_slots<'a>(&'a self, indices: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
-        let mut passed = 0;
-        indices.iter().map(move |&index| {
-            while self.empty.get(passed).map_or(false, |&empty| empty <= index + passed as u32) {
-                passed += 1;
-            }
-            index + passed as u32
-        })
+        let mut slot = before_removal(&self.empty);
+        indices.iter().map(move |&index| slot(index as usize) as u32)
     }
 
     /// The slots of a range of Gaussians, as ranges without empty slots.

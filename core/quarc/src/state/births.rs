@@ -40,6 +40,7 @@ impl State {
         if newborn == 0 {
             return Ok(());
         }
+        self.require_moved()?;
         require_even(&births.newborn, self.header.code_planes())?;
         self.require_room(newborn)?;
         let positions = self.place(births)?;

@@ -73,6 +73,7 @@ impl State {
             rotations: Shared::new(expand_rotations(header, gaussians)?),
             codes: Shared::new(narrow_codes(gaussians)?),
             motion: Shared::new(vec![Channels::default(); count]),
+            departed: Vec::new(),
             recency: Shared::new(recency),
             anchors: None,
             moved: Shared::new(vec![false; count]),

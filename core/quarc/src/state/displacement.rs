@@ -20,8 +20,10 @@ impl State {
     /// anchors move.
     pub(super) fn displace(&mut self, symbols: &[Vec<Channels>], levels: &[usize]) -> Result<()> {
         // All entries are overwritten.
-        self.motion.change(|_| (), |before, motion| motion.resize(before.len(), STILL));
+        self.motion.change(|_| (), |_, _| ());
         let motion = self.motion.make_mut();
+        motion.resize(self.ids.len(), STILL);
+        self.departed.clear();
         let (Some(anchors), false) = (&self.anchors, levels.is_empty()) else {
             motion.fill(STILL);
             return Ok(());

@@ -58,7 +58,8 @@ impl State {
     /// Begin a frame (SPEC 7.4): remove `death_count` Gaussians and bind the others to anchors.
     ///
     /// # Errors
-    /// `frame-order`, no frame can follow; `count`, no Gaussian would be left.
+    /// `frame-order`, no frame can follow; `count`, no Gaussian would be left; `Encode`, the state
+    /// is that of a frame that has only begun.
     pub fn begin_frame(&mut self, death_count: u32) -> Result<()> {
         // [7.4-2]
         let frame = self.frame.checked_add(1).ok_or_else(|| {
@@ -69,10 +70,13 @@ impl State {
             let message = format!("{death_count} deaths in a scene of {} Gaussians", self.count());
             return Err(Error::new(Reject::Count, message));
         }
+        self.require_moved()?;
         // A new sampling replaces all bindings.
         let samples = self.phase % u32::from(self.header.resample_interval) == 0;
         let before = if samples { self.anchors.take() } else { None };
-        self.remove(&choose_deaths(self.codes.row(OPACITY), death_count));
+        let gone = choose_deaths(self.codes.row(OPACITY), death_count);
+        self.remove(&gone, true);
+        self.departed = gone;
         self.frame = frame;
         self.phase += 1;
         self.bind(before.as_deref());
@@ -108,8 +112,8 @@ impl State {
         self.bound = self.ids.len();
     }
 
-    /// Remove the Gaussians with these ascending indices.
-    pub(super) fn remove(&mut self, gone: &[u32]) {
+    /// Remove the Gaussians with these ascending indices, except their motion if it is kept.
+    pub(super) fn remove(&mut self, gone: &[u32], keeps_motion: bool) {
         if gone.is_empty() {
             return;
         }
@@ -124,7 +128,9 @@ impl State {
         };
         let codes = || remove_columns(codes, gone);
         let others = || {
-            remove_from(motion, gone);
+            if !keeps_motion {
+                remove_from(motion, gone);
+            }
             remove_from(moved, gone);
             if updates {
                 remove_from(recency, gone);

@@ -23,7 +23,7 @@ use crate::coding::motion::Channels;
 use crate::constants::{Level, CODE_LIMIT, POSITION_LIMIT};
 use crate::error::{Error, Reject, Result};
 use crate::records::Header;
-use crate::rows::Rows;
+use crate::rows::{kept_ranges, Rows};
 use crate::shared::Shared;
 use std::sync::Arc;
 
@@ -42,6 +42,9 @@ pub struct State {
     rotations: Shared<Rows<i32>>,
     codes: Shared<Rows<i16>>,
     motion: Shared<Vec<Channels>>,
+    /// Ascending indices in `motion` of the Gaussians that have died since it was computed, so that
+    /// `begin_frame` does not have to copy it: only contexts read it until `move_by` replaces it.
+    departed: Vec<u32>,
     /// Empty in streams without updates.
     recency: Shared<Vec<u8>>,
     /// `None` before the first sampling.
@@ -124,8 +127,9 @@ impl State {
 
     /// `[N]`: for each Gaussian, the sum of the symbols that moved it in this frame.
     #[must_use]
-    pub fn motion(&self) -> &[Channels] {
-        &self.motion
+    pub fn motion(&self) -> Vec<Channels> {
+        let kept = kept_ranges(&self.departed, self.motion.len());
+        kept.flat_map(|kept| &self.motion[kept]).copied().collect()
     }
 
     /// `[N]` frames since each Gaussian was updated or born, at most `RECENCY_LIMIT`; empty in streams

@@ -6,6 +6,7 @@ use crate::coding::motion::{read_motion, write_motion, Channels, Known, MotionCo
 use crate::error::{Error, Result};
 use crate::parallel::{each, ranges};
 use crate::records::Section;
+use crate::rows::before_removal;
 use std::sync::Arc;
 
 /// No motion.
@@ -22,6 +23,14 @@ impl State {
         Err(not_begun())
     }
 
+    /// Whether `move_by` has replaced the motion of the previous frame.
+    pub(super) fn require_moved(&self) -> Result<()> {
+        if self.motion.len() == self.ids.len() {
+            return Ok(());
+        }
+        Err(not_begun())
+    }
+
     /// Encode the symbols of each level's anchors in this frame, level 1 first.
     ///
     /// # Errors
@@ -30,7 +39,7 @@ impl State {
         self.require_bound()?;
         let mut anchors = self.anchors.clone();
         let anchors = anchors_of(&mut anchors)?;
-        let motion = previous.then_some(&self.motion[..]);
+        let motion = previous.then_some((&self.motion[..], &self.departed[..]));
         let sizes = anchors.levels().iter().map(|level| level.ids.len()).collect();
         let pass = &mut |above: usize, wanted: &[bool]| know(anchors, motion, above, wanted);
         let mut context = MotionContext { sizes, pass };
@@ -45,7 +54,7 @@ impl State {
         let mut counts = (*self.motion_counts).clone();
         self.require_bound()?;
         let anchors = anchors_of(&mut self.anchors)?;
-        let motion = previous.then_some(&self.motion[..]);
+        let motion = previous.then_some((&self.motion[..], &self.departed[..]));
         let sizes = anchors.levels().iter().map(|level| level.ids.len()).collect();
         let pass = &mut |above: usize, wanted: &[bool]| {
             if above == 0 {
@@ -80,10 +89,11 @@ impl State {
 }
 
 /// What is known about the level below the level `above`, whose `wanted` anchors matter; `motion`
-/// is that of the Gaussians in the previous frame, where it is part of the contexts (SPEC 8.7).
+/// is that of the Gaussians in the previous frame, where it is part of the contexts (SPEC 8.7),
+/// with the ascending indices of those that have died since.
 fn know(
     anchors: &mut Anchors,
-    motion: Option<&[Channels]>,
+    motion: Option<(&[Channels], &[u32])>,
     above: usize,
     wanted: &[bool],
 ) -> Known {
@@ -94,10 +104,13 @@ fn know(
     } else {
         vec![u32::MAX; count]
     };
-    let Some(motion) = motion else { return Known { own: vec![STILL; count], parents } };
+    let Some((motion, departed)) = motion else {
+        return Known { own: vec![STILL; count], parents };
+    };
     let recall = |some| {
+        let mut before = before_removal(departed);
         // Dead Gaussians do not move.
-        let own = |index: Option<usize>| index.map_or(STILL, |index| motion[index]);
+        let own = |index: Option<usize>| index.map_or(STILL, |index| motion[before(index)]);
         anchors.owners(level, some).map(own).collect::<Vec<_>>()
     };
     Known { own: each(ranges(count, RECALLED), &recall).concat(), parents }

@@ -17,6 +17,7 @@ impl State {
         if !self.header.updates {
             return Err(Error::Encode("the stream has no updates".into()));
         }
+        self.require_moved()?;
         Ok(UpdateContext { motion: &self.motion, recency: &self.recency })
     }
 
@@ -65,7 +66,7 @@ impl State {
         self.shift_some(updates, &staying)?;
         self.turn_some(updates, &staying)?;
         self.recode_some(updates, &staying)?;
-        self.remove(&gone);
+        self.remove(&gone, false);
         Ok(())
     }
 
