@@ -85,5 +85,5 @@ wasm_features="--enable-simd --enable-bulk-memory --enable-sign-ext --enable-non
 built=$CARGO_TARGET_DIR/$target/wasm/quarc_wasm.wasm
 if [ "$module" = quarc-player ]; then keep_player_functions; fi
 # shellcheck disable=SC2086
-wasm-opt -Oz $wasm_features "$built" -o "$here/$module.wasm"
+wasm-opt -Oz --converge $wasm_features "$built" -o "$here/$module.wasm"
 echo "$here/$module.wasm: $(wc -c <"$here/$module.wasm") bytes"

@@ -5,7 +5,8 @@ use quarc::chunks::{
     build_chunk, read_fields, Kind, CANO, CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, FRAM, HEAD, MAGIC,
     SNAP,
 };
-use quarc::coding::canonical::{read_canonical, Grid};
+use quarc::coding::canonical::read_canonical;
+use quarc::coding::grid::Grid;
 use quarc::coding::snapshot::read_snapshot;
 use quarc::error::{Error, Reject, Result};
 use quarc::records::{FrameChunk, Gaussians, Header};

@@ -10,7 +10,7 @@ use numpy::{
 };
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use quarc::coding::motion::Channels;
+use quarc::coding::channels::Channels;
 use quarc::records::{Births, Gaussians, Section, Updates};
 use quarc::rows::Rows;
 use std::any::Any;

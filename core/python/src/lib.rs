@@ -11,7 +11,8 @@ use crate::arrays::CodedArguments;
 use crate::errors::raise;
 use numpy::PyArray1;
 use pyo3::prelude::*;
-use quarc::coding::canonical::{self, Grid};
+use quarc::coding::canonical;
+use quarc::coding::grid::Grid;
 
 /// The words of the six sections of a canonical frame.
 #[pyfunction]

@@ -9,7 +9,7 @@ use crate::head::Workers;
 use crate::views::{self, BirthArrays, LevelArrays, UpdateArrays};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use quarc::coding::motion::Channels;
+use quarc::coding::channels::Channels;
 use quarc::records::{Births, Updates};
 use std::sync::{Arc, Mutex, PoisonError};
 

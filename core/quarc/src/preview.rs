@@ -5,7 +5,8 @@
 //! reported only when the chunk is complete.
 
 use crate::chunks::{ChunkHeader, CANO, CHUNK_HEADER_BYTES};
-use crate::coding::canonical::{CanonicalReader, Grid};
+use crate::coding::canonical::CanonicalReader;
+use crate::coding::grid::Grid;
 use crate::error::{Error, Reject, Result};
 use crate::records::Header;
 use crate::source::{read, Source};

@@ -65,9 +65,10 @@ impl State {
             let snapshot = || quarc::state::State::snapshot(&head.header, &chunk, &known);
             head.workers.run(py, snapshot)
         };
-        let (state, roots) = decoded.map_err(raise)?;
-        let roots = PyArray1::from_iter(py, roots.into_iter().map(i64::from));
-        Ok((State::without_coded(&head.workers, state), roots))
+        let (state, canonical_indices) = decoded.map_err(raise)?;
+        let canonical_indices =
+            PyArray1::from_iter(py, canonical_indices.into_iter().map(i64::from));
+        Ok((State::without_coded(&head.workers, state), canonical_indices))
     }
 
     /// Make the state of a canonical frame from Gaussians in the order of their ids.

@@ -1,21 +1,19 @@
 //! Independently coded Gaussians, as in a canonical frame: SPEC 8.5.
 
 use super::counts::Counts;
+use super::grid::{Grid, AXIS_BITS_LIMIT};
 use super::numbers::{code_ascending, code_numbers, Sequence, CLASS_BITS, KEY_CLASS_BITS};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use super::rows::{code_one_by_one, code_rows, REST_CLASSES};
-use crate::arithmetic::bit_length;
 use crate::constants::CODE_LIMIT;
 use crate::error::{Error, Reject, Result};
-use crate::morton::{deinterleave, interleave};
+use crate::morton::deinterleave;
 use crate::records::{Gaussians, Section};
 
 /// Bits of the index of the largest rotation component.
 pub const ROTATION_INDEX_BITS: u32 = 2;
 /// Rows of codes of every Gaussian, without SH rest.
 pub const PLAIN_CODES: usize = 7;
-/// Maximum bits of a position relative to the origin.
-pub const AXIS_BITS_LIMIT: u32 = 20;
 
 const KEYS: Sequence = Sequence::unsigned(0, 1, KEY_CLASS_BITS);
 const SH_DC: Sequence = Sequence::signed(0, 3, CLASS_BITS);
@@ -27,58 +25,6 @@ const SH_REST: Sequence = Sequence::signed(0, 9 * REST_CLASSES, CLASS_BITS);
 /// The contexts of each section.
 const CONTEXTS: [usize; 6] =
     [KEYS.end(), SH_DC.end(), OPACITY.end(), LOG_SCALES.end(), ROTATIONS.end(), SH_REST.end()];
-
-/// Bounding box of the positions in a CANO or SNAP (SPEC 5.4).
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Grid {
-    /// Minimum xyz, in position steps.
-    pub origin: [i32; 3],
-    /// Bits per axis of a position relative to the origin.
-    pub axis_bits: u8,
-}
-
-impl Grid {
-    /// The smallest box that contains the positions `[3, n]`, in position steps.
-    ///
-    /// `None` if they span 2^20 steps or more.
-    #[must_use]
-    pub fn around(positions: &[Vec<i32>; 3]) -> Option<Grid> {
-        let mut grid = Grid { origin: [0; 3], axis_bits: 0 };
-        for (origin, row) in grid.origin.iter_mut().zip(positions) {
-            let least = row.iter().min().copied().unwrap_or(0);
-            let most = row.iter().max().copied().unwrap_or(0);
-            let bits = bit_length((i64::from(most) - i64::from(least)) as u64);
-            if bits > AXIS_BITS_LIMIT {
-                return None;
-            }
-            *origin = least;
-            grid.axis_bits = grid.axis_bits.max(bits as u8);
-        }
-        Some(grid)
-    }
-
-    /// Whether all positions `[3, n]` are inside the box.
-    fn holds(&self, positions: &[Vec<i32>; 3]) -> bool {
-        let within = |(row, &origin): (&Vec<i32>, &i32)| {
-            let mut offsets = row.iter().map(|&number| i64::from(number) - i64::from(origin));
-            offsets.all(|offset| (0..1 << self.axis_bits).contains(&offset))
-        };
-        positions.iter().zip(&self.origin).all(within)
-    }
-
-    /// The Morton key of a position inside the box.
-    fn key(&self, position: [i32; 3]) -> u64 {
-        let [x, y, z] = [0, 1, 2].map(|axis| position[axis].wrapping_sub(self.origin[axis]) as u32);
-        interleave(x, y, z)
-    }
-
-    /// The keys of all positions `[3, n]`.
-    #[must_use]
-    pub fn keys(&self, positions: &[Vec<i32>; 3]) -> Vec<u64> {
-        let [xs, ys, zs] = positions;
-        xs.iter().zip(ys).zip(zs).map(|((&x, &y), &z)| self.key([x, y, z])).collect()
-    }
-}
 
 /// Gaussians with all numbers 0 and the given number of code planes.
 #[must_use]

@@ -5,7 +5,9 @@
 
 pub mod births; // SPEC 8.6
 pub mod canonical; // SPEC 8.5
+pub mod channels; // SPEC 8.7
 pub mod counts; // SPEC 8.2
+pub mod grid; // SPEC 5.4
 pub mod motion; // SPEC 8.7
 pub mod numbers; // SPEC 8.4
 mod parts; // SPEC 8.4

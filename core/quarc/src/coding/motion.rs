@@ -4,6 +4,10 @@
 //! that do, and for each channel, whether the symbol is not 0; then follow the signs and the unary
 //! magnitudes of the nonzero symbols.
 
+use super::channels::{
+    add, ahead_class, expected_class, magnitude, parent_class, sign_context, subtract, Channels,
+    TRANSLATION_CHANNELS,
+};
 use super::counts::{Counts, Model};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use crate::constants::LEVEL_COUNT_LIMIT;
@@ -11,11 +15,6 @@ use crate::error::{Error, Result};
 use crate::parallel::both;
 use crate::records::Section;
 
-/// A number per channel: translation x, y, z, rotation w if present, rotation x, y, z, then zeros.
-pub type Channels = [i16; 8];
-
-/// Number of translation channels; the rotation channels follow them.
-pub const TRANSLATION_CHANNELS: usize = 3;
 /// Maximum magnitude of a symbol.
 pub const SYMBOL_LIMIT: i16 = MAGNITUDE_PLANES + 1;
 
@@ -289,50 +288,4 @@ impl<P: Planes> Level<'_, P> {
         }
         Ok(magnitudes)
     }
-}
-
-/// The sum per channel.
-#[must_use]
-pub fn add(one: &Channels, other: &Channels) -> Channels {
-    let mut sum = *one;
-    sum.iter_mut().zip(other).for_each(|(sum, other)| *sum += other);
-    sum
-}
-
-fn subtract(one: &Channels, other: &Channels) -> Channels {
-    let mut rest = *one;
-    rest.iter_mut().zip(other).for_each(|(rest, other)| *rest -= other);
-    rest
-}
-
-/// The sum of the magnitudes over all channels.
-#[must_use]
-pub fn magnitude(channels: &Channels) -> u16 {
-    channels.iter().map(|channel| channel.unsigned_abs()).sum()
-}
-
-/// The class P of a sum of magnitudes.
-fn parent_class(sum: u16) -> u8 {
-    [0, 1, 2, 2, 3][usize::from(sum.min(4))]
-}
-
-/// The class E of a sum of magnitudes.
-fn expected_class(sum: u16) -> u8 {
-    [0, 1, 2, 2, 3, 3, 3, 3, 4][usize::from(sum.min(8))]
-}
-
-fn sign_context(expected: i16) -> u16 {
-    let class = u16::from(expected_class(expected.unsigned_abs()));
-    if expected < 0 {
-        4 - class
-    } else {
-        4 + class
-    }
-}
-
-/// The class of f - i.
-fn ahead_class(ahead: i16) -> u16 {
-    const LEAST: i16 = -9;
-    const CLASSES: [u16; 20] = [0, 1, 1, 1, 1, 1, 2, 2, 3, 4, 5, 6, 7, 8, 8, 9, 9, 9, 9, 10];
-    CLASSES[(ahead.clamp(LEAST, 10) - LEAST) as usize]
 }

@@ -1,13 +1,12 @@
 //! Snapshots, which are canonical frames coded against an earlier one: SPEC 7.9.
 
-use super::canonical::{
-    order_of, read_canonical, require_writable, sort, take, write_canonical, Grid,
-};
+use super::canonical::{order_of, read_canonical, require_writable, sort, take, write_canonical};
+use super::grid::Grid;
 use super::survivors::{can_survive, read_survivors, write_survivors};
 use crate::error::{Error, Reject, Result};
 use crate::records::{Gaussians, Section, SnapshotChunk};
 
-/// The root of a Gaussian that does not survive from the CANO.
+/// The canonical index of a Gaussian that does not survive from the CANO.
 pub const NEWBORN: i32 = -1;
 
 /// The content of a SNAP chunk, and the resulting frame.
@@ -27,19 +26,20 @@ pub struct CodedSnapshot {
 
 /// Encode Gaussians, in any order, against those of a CANO.
 ///
-/// `roots` holds for each Gaussian its index in the CANO, or [`NEWBORN`]. Gaussians that have
-/// changed too much since are coded as new.
+/// `canonical_indices` holds for each Gaussian its index in the CANO, or [`NEWBORN`]. Gaussians that
+/// have changed too much since are coded as new.
 ///
 /// # Errors
-/// `Encode`: the frame is too wide, a number is out of range, or a root is invalid or used twice.
+/// `Encode`: the frame is too wide, a number is out of range, or an index is invalid or used twice.
 pub fn write_snapshot(
     canonical: &Gaussians,
     gaussians: &Gaussians,
-    roots: &[i32],
+    canonical_indices: &[i32],
 ) -> Result<CodedSnapshot> {
     require_writable(gaussians)?;
-    let (survivors, newborn) = part(canonical, gaussians, roots)?;
-    let kept: Vec<u32> = survivors.iter().map(|&place| roots[place as usize] as u32).collect();
+    let (survivors, newborn) = part(canonical, gaussians, canonical_indices)?;
+    let kept: Vec<u32> =
+        survivors.iter().map(|&place| canonical_indices[place as usize] as u32).collect();
     let survivors = take(gaussians, &survivors);
     let (grid, newborn) = sort(&take(gaussians, &newborn))?;
     let section = write_survivors(canonical, &kept, &survivors);
@@ -53,23 +53,28 @@ pub fn write_snapshot(
 fn part(
     canonical: &Gaussians,
     gaussians: &Gaussians,
-    roots: &[i32],
+    canonical_indices: &[i32],
 ) -> Result<(Vec<u32>, Vec<u32>)> {
     let unfit =
         || Error::Encode("a survivor is not in the canonical frame, or occurs twice".into());
-    if roots.len() != gaussians.count() || gaussians.codes.len() != canonical.codes.len() {
+    if canonical_indices.len() != gaussians.count()
+        || gaussians.codes.len() != canonical.codes.len()
+    {
         return Err(unfit());
     }
     let survives = |&place: &u32| {
-        let root = roots[place as usize];
-        root >= 0
-            && (root as usize) < canonical.count()
-            && can_survive(gaussians, place as usize, canonical, root as usize)
+        let index = canonical_indices[place as usize];
+        index >= 0
+            && (index as usize) < canonical.count()
+            && can_survive(gaussians, place as usize, canonical, index as usize)
     };
     let all = 0..gaussians.count() as u32;
     let (mut survivors, newborn): (Vec<u32>, Vec<u32>) = all.partition(survives);
-    survivors.sort_by_key(|&place| roots[place as usize]);
-    if survivors.windows(2).any(|pair| roots[pair[0] as usize] == roots[pair[1] as usize]) {
+    survivors.sort_by_key(|&place| canonical_indices[place as usize]);
+    if survivors
+        .windows(2)
+        .any(|pair| canonical_indices[pair[0] as usize] == canonical_indices[pair[1] as usize])
+    {
         return Err(unfit());
     }
     Ok((survivors, newborn))
@@ -95,15 +100,15 @@ pub fn read_snapshot(
     let grid = Grid { origin: chunk.origin, axis_bits: chunk.axis_bits };
     let newborn =
         read_canonical(&chunk.sections, newborn_count as usize, grid, canonical.codes.len())?;
-    let mut roots: Vec<i32> = kept.into_iter().map(|root| root as i32).collect();
-    roots.resize(roots.len() + newborn.count(), NEWBORN);
+    let mut canonical_indices: Vec<i32> = kept.into_iter().map(|index| index as i32).collect();
+    canonical_indices.resize(canonical_indices.len() + newborn.count(), NEWBORN);
     let gaussians = join(survivors, newborn);
     // [7.9-4]
     let wide = || Error::new(Reject::SymbolRange, "a snapshot is 2^20 steps wide or more");
     let grid = Grid::around(&gaussians.positions).ok_or_else(wide)?;
     let order = order_of(&grid.keys(&gaussians.positions));
-    let roots = order.iter().map(|&place| roots[place as usize]).collect();
-    Ok((take(&gaussians, &order), roots))
+    let canonical_indices = order.iter().map(|&place| canonical_indices[place as usize]).collect();
+    Ok((take(&gaussians, &order), canonical_indices))
 }
 
 /// The Gaussians of `first` followed by those of `second`.

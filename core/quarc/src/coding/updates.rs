@@ -3,8 +3,8 @@
 //! Most Gaussians of a frame are not updated: the first plane covers all Gaussians, and the other
 //! planes only the few that are.
 
+use super::channels::{magnitude, Channels};
 use super::counts::{Counts, Model};
-use super::motion::{magnitude, Channels};
 use super::numbers::{code_numbers, Sequence, CLASS_BITS};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use super::rows::require_within;

@@ -4,7 +4,7 @@ use super::canonical::{expand_rotations, narrow_codes};
 use super::{narrow_position, require_births, require_gaussians, State};
 use crate::coding::births::{read_births, write_births};
 use crate::coding::canonical::require_even;
-use crate::coding::motion::Channels;
+use crate::coding::channels::Channels;
 use crate::constants::COUNTER_LIMIT;
 use crate::error::{Error, Reject, Result};
 use crate::records::{Births, Section};

@@ -2,8 +2,10 @@
 
 use super::{narrow_code, narrow_position, require_gaussians, State};
 use crate::coding::births::birth_counts;
-use crate::coding::canonical::{read_canonical, require_even, Grid};
-use crate::coding::motion::{motion_counts, Channels};
+use crate::coding::canonical::{read_canonical, require_even};
+use crate::coding::channels::Channels;
+use crate::coding::grid::Grid;
+use crate::coding::motion::motion_counts;
 use crate::coding::snapshot::read_snapshot;
 use crate::coding::updates::update_counts;
 use crate::constants::RECENCY_LIMIT;
@@ -45,14 +47,14 @@ impl State {
             return Err(Error::Encode("the canonical frame is not of this stream".into()));
         }
         require_gaussians(header, u64::from(chunk.newborn_count))?;
-        let (gaussians, roots) = read_snapshot(chunk, canonical, |count| {
+        let (gaussians, canonical_indices) = read_snapshot(chunk, canonical, |count| {
             // [7.9-3]
             require_some(count as usize)?;
             require_gaussians(header, count)
         })?;
         let state = State::begin(header, chunk.frame, &gaussians)?;
         state.prove(chunk.state_crc)?;
-        Ok((state, roots))
+        Ok((state, canonical_indices))
     }
 
     /// The state of a canonical frame with these Gaussians, in coded order.

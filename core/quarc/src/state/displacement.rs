@@ -3,7 +3,7 @@
 use super::motion::STILL;
 use super::{off_lattice, State};
 use crate::anchors::Anchors;
-use crate::coding::motion::{add, Channels, TRANSLATION_CHANNELS};
+use crate::coding::channels::{add, Channels, TRANSLATION_CHANNELS};
 use crate::constants::{LEVEL_COUNT_LIMIT, POSITION_LIMIT};
 use crate::error::Result;
 use crate::parallel::{each, piece};

@@ -2,7 +2,7 @@
 
 use super::{require_births, require_gaussians, State};
 use crate::anchors::Anchors;
-use crate::coding::motion::Channels;
+use crate::coding::channels::Channels;
 use crate::error::{Error, Reject, Result};
 use crate::parallel::{both, each, ranges};
 use crate::records::{Births, FrameChunk, Updates};

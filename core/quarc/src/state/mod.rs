@@ -18,8 +18,8 @@ mod updates; // SPEC 7.8
 pub use frame::{choose_deaths, Coded};
 
 use crate::anchors::Anchors;
+use crate::coding::channels::Channels;
 use crate::coding::counts::Counts;
-use crate::coding::motion::Channels;
 use crate::constants::{Level, CODE_LIMIT, POSITION_LIMIT};
 use crate::error::{Error, Reject, Result};
 use crate::records::Header;

@@ -2,7 +2,8 @@
 
 use super::State;
 use crate::anchors::Anchors;
-use crate::coding::motion::{read_motion, write_motion, Channels, Known, MotionContext};
+use crate::coding::channels::Channels;
+use crate::coding::motion::{read_motion, write_motion, Known, MotionContext};
 use crate::error::{Error, Result};
 use crate::parallel::{each, ranges};
 use crate::records::Section;

@@ -35,7 +35,7 @@ pub struct StateDecoder {
     sought: Option<SeekPoint>,
     lost: bool,
     reference: Option<Reference>,
-    roots: Vec<i32>,
+    canonical_indices: Vec<i32>,
 }
 
 impl StateDecoder {
@@ -85,8 +85,8 @@ impl StateDecoder {
     /// For each Gaussian of the last canonical frame, its index in the CANO, or -1 if it is new;
     /// empty in streams without snapshots.
     #[must_use]
-    pub fn roots(&self) -> &[i32] {
-        &self.roots
+    pub fn canonical_indices(&self) -> &[i32] {
+        &self.canonical_indices
     }
 
     /// Expect the frame of the last of these seek points next (SPEC 11.2).
@@ -172,7 +172,7 @@ impl StateDecoder {
         self.check_place(chunk, canonical.frame, sought)?;
         let (state, gaussians) = State::canonical(&header, &canonical)?;
         if header.snapshots {
-            self.roots = (0..).take(gaussians.count()).collect();
+            self.canonical_indices = (0..).take(gaussians.count()).collect();
             self.reference = Some(Reference { frame: canonical.frame, gaussians });
         }
         Ok(state)
@@ -191,8 +191,8 @@ impl StateDecoder {
                 format!("coded against frame {said}, where the last CANO is frame {last}");
             return Err(Error::new(Reject::FrameOrder, message)); // [7.9-2]
         }
-        let (state, roots) = State::snapshot(&header, &snapshot, &reference.gaussians)?;
-        self.roots = roots;
+        let (state, canonical_indices) = State::snapshot(&header, &snapshot, &reference.gaussians)?;
+        self.canonical_indices = canonical_indices;
         Ok(state)
     }
 

@@ -3,7 +3,8 @@
 use crate::known::{read_json, suite_file, Json};
 use crate::streams::chunks;
 use quarc::chunks::{CANO, FRAM, SNAP};
-use quarc::coding::canonical::{sort, write_canonical, Grid};
+use quarc::coding::canonical::{sort, write_canonical};
+use quarc::coding::grid::Grid;
 use quarc::coding::snapshot::{read_snapshot, write_snapshot, CodedSnapshot};
 use quarc::error::{Error, Result};
 use quarc::records::{CanonicalChunk, FrameChunk, Gaussians, SnapshotChunk};
@@ -23,8 +24,8 @@ fn rewrite_canonical(chunk: &CanonicalChunk, gaussians: &Gaussians) -> Result<Ca
 
 /// Encode the content of a SNAP chunk again.
 fn rewrite_snapshot(chunk: &SnapshotChunk, canonical: &Gaussians) -> Result<SnapshotChunk> {
-    let (gaussians, roots) = read_snapshot(chunk, canonical, |_| Ok(()))?;
-    let written = write_snapshot(canonical, &gaussians, &roots)?;
+    let (gaussians, canonical_indices) = read_snapshot(chunk, canonical, |_| Ok(()))?;
+    let written = write_snapshot(canonical, &gaussians, &canonical_indices)?;
     assert_eq!(written.gaussians, gaussians, "Gaussians are sorted");
     let CodedSnapshot { newborn_count, grid, survivors, sections, .. } = written;
     let Grid { origin, axis_bits } = grid;
