@@ -144,8 +144,12 @@ def judge_block(
     tally = Tally()
     for number in range(first, first + count):
         on_start(number)
-        mutant, mode = series.maker.make(number), series.choose_mode(number)
-        verdict = judge.judge(mode, mutant.data, has_forged_crcs=mutant.has_forged_crcs)
+        try:
+            mutant, mode = series.maker.make(number), series.choose_mode(number)
+            verdict = judge.judge(mode, mutant.data, has_forged_crcs=mutant.has_forged_crcs)
+        except Exception as error:
+            error.add_note(f"while generating or judging stream {number}")
+            raise
         tally.add_verdict(number, mode, verdict)
         if verdict.is_failure:
             (folder / f"{number}.quarc").write_bytes(mutant.data)

@@ -91,10 +91,16 @@ def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namesp
         arguments.processes, initializer=_prepare_process, initargs=(arguments,)
     ) as pool:
         pending = {pool.submit(_judge_block, block, failures): block for block in blocks}
-        for done_count, future in enumerate(as_completed(pending), 1):
-            append_block(folder / "blocks.jsonl", *pending[future], _get_tally(future, failures))
-            if not arguments.json:
-                sys.stderr.write(f"\r{done_count}/{len(blocks)} blocks of {BLOCK_SIZE}")
+        try:
+            for done_count, future in enumerate(as_completed(pending), 1):
+                tally = _get_tally(future, failures)
+                append_block(folder / "blocks.jsonl", *pending[future], tally)
+                if not arguments.json:
+                    sys.stderr.write(f"\r{done_count}/{len(blocks)} blocks of {BLOCK_SIZE}")
+        except BaseException:
+            # The pool would otherwise judge all other blocks first, and lose their results.
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 def _get_tally(future: "Future[Tally]", failures: Path) -> Tally:

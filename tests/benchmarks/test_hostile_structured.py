@@ -1,3 +1,4 @@
+import itertools
 import json
 import subprocess
 import sys
@@ -6,7 +7,10 @@ from collections import Counter
 import pytest
 
 from hostile import blocks, judge
+from hostile.structured.fault import Stage
+from hostile.structured.generator import RecordGenerator
 from hostile.structured.maker import StructuredMaker
+from hostile.structured.pieces import assemble
 from quarc_ref.decoder import reconstruct
 from quarc_ref.format.errors import CountError
 from quarc_ref.streams import decode
@@ -81,6 +85,20 @@ def test_streams_without_hostile_values_are_valid_and_have_many_frames(maker):
 
     assert len(frame_counts) > 10
     assert max(frame_counts) >= 5
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_any_two_faults_of_the_container_can_be_combined(maker, seed):
+    pieces = maker._donors[0].pieces
+    faults = [fault for fault in maker.faults if fault and fault.stage is Stage.STREAM]
+    generator = RecordGenerator.from_seed(seed)
+
+    combined = [
+        second.change(generator, first.change(generator, pieces))
+        for first, second in itertools.product(faults, faults)
+    ]
+
+    assert all(assemble(changed_pieces) for changed_pieces in combined)
 
 
 def test_spliced_data_comes_from_another_stream(maker):

@@ -19,6 +19,7 @@ _MAX_U32 = (1 << 32) - 1
 _FIELD_INTEGERS = (0, 1, 2, 7, 15, 25, 31, 32, 255, 257, (1 << 16) - 1, _MAX_U32)
 _FIELD_FLOATS = (0.0, -1.0, 1e-45, 1024.5, 3e38, math.inf, math.nan)
 _HEAD_FORMATS = "BBIIBIIBHHHBBffffBBHHHHQBBfB"
+_VERSION_BYTES = 7  # versions and features at the start of HEAD
 _CRITICAL_TYPES = (b"SNAP", b"SnAP")
 _ANCILLARY_TYPES = (b"snap", b"nOte", b"fram")
 _BAD_TYPES = (b"FR4M", b"FRam", b"\x00\xff  ", b"frAM", b"FRA\n")
@@ -48,7 +49,8 @@ def _change_head(generator: RecordGenerator, pieces: Pieces) -> Pieces:
 
 def _change_version(generator: RecordGenerator, pieces: Pieces) -> Pieces:
     """Write a different format version, or require a feature that the stream does not need."""
-    head = bytearray(pieces[0].payload or b"")
+    # Another fault may have emptied the payload.
+    head = bytearray((pieces[0].payload or b"").ljust(_VERSION_BYTES, b"\0"))
     head[generator.rng.choice((0, 0, 1, 2, 5, 6))] = generator.rng.choice((0, 2, 128, 255))
     return [replace(pieces[0], payload=bytes(head)), *pieces[1:]]
 
