@@ -71,6 +71,7 @@ class SceneOptions:
             fields.
         progress: Called after every frame.
         frame_count: Total number of frames, for progress reports; 0 if unknown.
+        first_frame: Ordinal of the first frame.
     """
 
     bounds: Bounds = field(default_factory=Bounds)
@@ -85,6 +86,7 @@ class SceneOptions:
     )
     progress: Progress = field(default_factory=NullProgress)
     frame_count: int = 0
+    first_frame: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -170,18 +172,21 @@ class _Encoding:
 
     def add(self, frame: GivenFrame) -> None:
         """Encode and write a frame, and check its errors."""
-        frame_index, self._frame_count = self._frame_count, self._frame_count + 1
+        ordinal, self._frame_count = (
+            self._options.first_frame + self._frame_count,
+            self._frame_count + 1,
+        )
         try:
             target = make_target(frame.splats, self._header, self._bounds)
-            self._write_with_chosen_type(frame_index, frame, target)
+            self._write_with_chosen_type(ordinal, frame, target)
         except EncodeError as error:
-            message = f"frame {frame_index}: {error}"
+            message = f"frame {ordinal}: {error}"
             raise EncodeError(message) from error
         self._last_frame = frame
         sh_degree = round(frame.splats.sh.shape[1] ** 0.5) - 1
         self._dropped_sh_degree = max(self._dropped_sh_degree, sh_degree if sh_degree > 1 else 0)
         errors = measure_errors(self._loop.state.scene, target, self._target_rows)
-        require_bounds(errors, self._bounds, frame_index)
+        require_bounds(errors, self._bounds, ordinal)
         self._errors = self._errors.maximum(errors)
         self._options.progress.advance("frames", self._frame_count, self._options.frame_count)
 
@@ -190,10 +195,10 @@ class _Encoding:
         self._loop.finish()
         return SceneReport(self._frame_count, self._bounds, self._errors, self._dropped_sh_degree)
 
-    def _write_with_chosen_type(self, frame_index: int, frame: GivenFrame, target: Target) -> None:
-        keyframe_interval = self._options.keyframe_interval
-        if frame_index == 0 or (keyframe_interval and frame_index % keyframe_interval == 0):
-            self._write_canonical(frame_index, target)
+    def _write_with_chosen_type(self, ordinal: int, frame: GivenFrame, target: Target) -> None:
+        index, interval = ordinal - self._options.first_frame, self._options.keyframe_interval
+        if index == 0 or (interval and index % interval == 0):
+            self._write_canonical(ordinal, target)
             return
         match = match_frames(self._last_frame, frame)
         successors = np.full(len(self._last_frame.splats.positions), -1, dtype=np.int64)
@@ -202,7 +207,7 @@ class _Encoding:
         rows[find_recolored(self._loop.state, target, rows, self._code_bounds)] = -1
         new_count = target.count - np.count_nonzero(rows >= 0)
         if new_count > min(target.count // 2, self._header.limits.births):
-            self._write_canonical(frame_index, target)
+            self._write_canonical(ordinal, target)
         else:
             self._write_frame(target, rows)
 

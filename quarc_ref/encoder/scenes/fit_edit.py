@@ -17,8 +17,8 @@ from quarc_ref.streams.source import Source
 def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOptions) -> SceneReport:
     """Write an edited stream. If only colors change, `recolor` is faster and exact.
 
-    Frame rate, axes, scale, anchors, cameras and metadata are taken from the input stream;
-    axes, scale and cameras are transformed with the scene.
+    Frame numbers, frame rate, axes, scale, anchors, cameras and metadata are taken from the input
+    stream; axes, scale and cameras are transformed with the scene.
 
     Args:
         source: The input stream.
@@ -48,5 +48,6 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
         cameras=cameras,
         metadata=decoder.metadata,
         header=header,
+        first_frame=first_scene.frame,
     )
     return encode_scenes(edit_frames(chain([first_scene], scenes), edit), sink, options)

@@ -16,6 +16,8 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import decode
+from quarc_ref.streams.cut import cut
+from quarc_ref.streams.join import join
 from quarc_ref.streams.prologue import read_prologue
 from quarc_ref.streams.source import BytesSource
 from tests.encoder.scenes.given import make_splats, move
@@ -103,6 +105,15 @@ def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
 
     assert Similarity.from_matrix(about_x).apply_to_header(header).up_axis == 5
     assert Similarity.from_matrix(about_x_by_45_degrees).apply_to_header(header).up_axis == 0
+
+
+def test_frames_of_a_cut_keep_their_numbers(stream):
+    joined, later_part = io.BytesIO(), io.BytesIO()
+    join([BytesSource(stream), BytesSource(stream)], joined)
+    cut(BytesSource(joined.getvalue()), 3, None, later_part)
+    edited = edit_stream(later_part.getvalue(), Edit(boxes=((-0.2, -0.3, -0.5, 0.3, 0.3, 0.5),)))
+
+    assert [scene.frame for scene in decode(edited)] == [3, 4, 5]
 
 
 def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
