@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from quarc_ref.datasets.capture_notes import CaptureNotes
+from quarc_ref.export.up_direction import UP_KEY, format_up_direction
 from quarc_ref.format.records import StreamHeader
 
 _MIN_AXIS_COSINE = 0.9998  # cosine of one degree
@@ -36,4 +37,4 @@ def describe_up(notes: CaptureNotes) -> dict[str, str]:
     """Return the metadata for an up direction that the header cannot store."""
     if notes.up is None or find_up_axis(notes):
         return {}
-    return {"up": " ".join(f"{value:.6f}" for value in notes.up)}
+    return {UP_KEY: format_up_direction(notes.up)}

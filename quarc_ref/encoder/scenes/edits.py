@@ -15,6 +15,7 @@ from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
 from quarc_ref.encoder.scenes.recolor import Recoloring
+from quarc_ref.export.up_direction import UP_KEY, find_up_direction, format_up_direction
 from quarc_ref.export.upright import multiply_quaternions, rotate_sh
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.cameras import Camera
@@ -99,6 +100,20 @@ class Similarity:
                 up_axis = 1 + 2 * axis + int(up_direction[axis] < 0)
         meters_per_unit = float(np.float32(header.meters_per_unit / self.scale))
         return replace(header, up_axis=up_axis, meters_per_unit=meters_per_unit)
+
+    def apply_to_metadata(self, metadata: dict[str, str], header: StreamHeader) -> dict[str, str]:
+        """Return metadata with the transformed up direction, unless an axis points up.
+
+        Args:
+            metadata: Metadata of the original stream.
+            header: Header of the original stream.
+        """
+        other_entries = {key: text for key, text in metadata.items() if key != UP_KEY}
+        direction = find_up_direction(header.up_axis, metadata)
+        if direction is None or self.apply_to_header(header).up_axis:
+            return other_entries
+        up_text = format_up_direction(self.rotation_matrix @ direction)
+        return {**other_entries, UP_KEY: up_text}
 
 
 @dataclass(frozen=True, slots=True)

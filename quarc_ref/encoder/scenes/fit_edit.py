@@ -18,7 +18,7 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
     """Write an edited stream. If only colors change, `recolor` is faster and exact.
 
     Frame numbers, frame rate, axes, scale, anchors, cameras and metadata are taken from the input
-    stream; axes, scale and cameras are transformed with the scene.
+    stream; axes, up direction, scale and cameras are transformed with the scene.
 
     Args:
         source: The input stream.
@@ -37,16 +37,17 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
     if first_scene is None:
         message = "the stream has no frames"
         raise EncodeError(message)
-    header, cameras = decoder.header, decoder.cameras
+    header, cameras, metadata = decoder.header, decoder.cameras, decoder.metadata
     header = replace(header, rotation_components=3, snapshots=False)
     if edit.similarity:
+        metadata = edit.similarity.apply_to_metadata(metadata, header)
         header = edit.similarity.apply_to_header(header)
         cameras = tuple(map(edit.similarity.apply_to_camera, cameras))
     options = replace(
         options,
         frames_per_second=header.frames_per_second,
         cameras=cameras,
-        metadata=decoder.metadata,
+        metadata=metadata,
         header=header,
         first_frame=first_scene.frame,
     )

@@ -116,6 +116,31 @@ def test_frames_of_a_cut_keep_their_numbers(stream):
     assert [scene.frame for scene in decode(edited)] == [3, 4, 5]
 
 
+@pytest.mark.parametrize(
+    ("up_axis", "metadata"), [(4, {}), (0, {"up": "0 -1 0"}), (4, {"up": "1 0 0"})]
+)
+def test_an_up_direction_that_is_not_along_an_axis_becomes_metadata(stream, up_axis, metadata):
+    half = np.sqrt(0.5)
+    about_x_by_45_degrees = np.array([[1, 0, 0, 0], [0, half, -half, 0], [0, half, half, 0]])
+    similarity = Similarity.from_matrix(about_x_by_45_degrees)
+    sink = io.BytesIO()
+    options = SceneOptions(
+        _BOUNDS, metadata=metadata, header=StreamHeader(updates=True, up_axis=up_axis)
+    )
+    encode_scenes(decode_frames(stream), sink, options)
+    edited = edit_stream(sink.getvalue(), Edit(similarity=similarity))
+
+    assert read_prologue(BytesSource(edited))[1]["up"] == "0.000000 -0.707107 -0.707107"
+    assert next(iter(decode(edited))).header.up_axis == 0
+
+
+@pytest.mark.parametrize("metadata", [{}, {"up": "up"}, {"up": "0 0 0"}, {"up": "0 1"}])
+def test_an_unknown_up_direction_remains_unknown(metadata):
+    similarity = Similarity.from_matrix(_ROTATION_AND_SCALE)
+
+    assert similarity.apply_to_metadata(metadata, StreamHeader(up_axis=0)) == {}
+
+
 def test_recoloring_with_a_crop_changes_the_remaining_gaussians(stream):
     box = (-0.2, -0.3, -0.5, 0.3, 0.3, 0.5)
     cropped = decode_frames(edit_stream(stream, Edit(boxes=(box,))))[0]
