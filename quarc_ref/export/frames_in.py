@@ -15,8 +15,12 @@ from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.errors import NoFramesError, UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
-from quarc_ref.export.sidecar import SIDECAR_NAME, Sidecar, parse_sidecar
-from quarc_ref.export.spz import UP_AXIS as SPZ_UP_AXIS
+from quarc_ref.export.sidecar import (
+    SIDECAR_NAME,
+    Sidecar,
+    parse_sidecar,
+    rotate_sidecar_upright,
+)
 from quarc_ref.export.spz import parse_spz
 from quarc_ref.format.arrays import Int64
 
@@ -35,15 +39,14 @@ class ImportedFrames:
         read: Function that yields the Gaussians of each frame and their ids `[N]`; the ids are
             None if the format has none.
         frames_per_second: Frame rate; None if unknown.
-        sidecar: Contents of `sequence.json`; default values if there is no such file.
-        up_axis: Up axis as in a stream's header; 0 if the format does not define it.
+        sidecar: Contents of `sequence.json` in the axes of the frames; if there is no such file,
+            default values, with the up axis if the format defines it.
     """
 
     count: int
     read: Callable[[], Iterator[tuple[Splats, Int64 | None]]]
     frames_per_second: float | None = None
     sidecar: Sidecar = field(default_factory=Sidecar)
-    up_axis: int = 0
 
 
 def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedFrames:
@@ -85,8 +88,9 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedF
                 splats = _PARSERS[suffix](frame_path.read_bytes())
             yield splats, None
 
-    up_axis = SPZ_UP_AXIS if suffix == ".spz" else 0
-    return ImportedFrames(len(paths), read, sidecar.frames_per_second, sidecar, up_axis)
+    if suffix == ".spz":
+        sidecar = rotate_sidecar_upright(sidecar)
+    return ImportedFrames(len(paths), read, sidecar.frames_per_second, sidecar)
 
 
 def _list_frames(folder: Path) -> list[Path]:

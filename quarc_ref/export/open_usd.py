@@ -13,7 +13,7 @@ import numpy as np
 from quarc_ref.datasets.camera_geometry import camera_center, rotation_matrix
 from quarc_ref.export.activate import compute_opacities, compute_scales, convert_to_xyzw
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.upright import convert_to_matrix, find_upright_rotation, rotate_upright
+from quarc_ref.export.upright import make_upright_matrix, rotate_upright
 from quarc_ref.format.cameras import Camera
 
 _APERTURE = 36.0  # tenths of a world unit, as in USD; any value works, because only ratios matter
@@ -109,11 +109,7 @@ class SequenceExporter:
 
 def _make_pose(camera: Camera, clip: Clip) -> Any:  # noqa: ANN401
     """Return the `[4, 4]` matrix from camera axes (-z forward, +y up) to upright world axes."""
-    rotation = rotation_matrix(camera)
-    pose = np.eye(4)
-    upright_rotation = convert_to_matrix(find_upright_rotation(clip))
-    if not clip.header.right_handed:
-        upright_rotation = upright_rotation @ np.diag([1.0, 1.0, -1.0])
-    pose[:3, :3] = upright_rotation @ rotation.T @ np.diag([1.0, -1.0, -1.0])
-    pose[:3, 3] = upright_rotation @ camera_center(camera)
+    pose, upright_matrix = np.eye(4), make_upright_matrix(clip)
+    pose[:3, :3] = upright_matrix @ rotation_matrix(camera).T @ np.diag([1.0, -1.0, -1.0])
+    pose[:3, 3] = upright_matrix @ camera_center(camera)
     return pose

@@ -1,11 +1,14 @@
 """Writes and reads `sequence.json`, which stores properties that frame files cannot store."""
 
 import json
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from quarc_ref.export.clip import AXES, Clip
+from quarc_ref.export.up_direction import UP_KEY, find_up_direction, format_up_direction
+from quarc_ref.export.upright import UPRIGHT_AXIS, make_upright_matrix, rotate_camera_upright
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import StreamHeader
 
 SIDECAR_NAME = "sequence.json"
 _SCHEMA = "quarc-ref/sequence/1"
@@ -60,6 +63,28 @@ class Sidecar:
     meters_per_unit: float = 0.0
     cameras: tuple[Camera, ...] = ()
     metadata: dict[str, str] = field(default_factory=dict)
+
+
+def rotate_sidecar_upright(sidecar: Sidecar) -> Sidecar:
+    """Return the sidecar of the frames that `rotate_upright` returns for a stream.
+
+    The up axis is +y, or unknown if the metadata state another up direction.
+
+    Args:
+        sidecar: Sidecar in the axes of the stream.
+    """
+    header = StreamHeader(right_handed=sidecar.right_handed, up_axis=sidecar.up_axis)
+    clip, metadata = Clip(header), dict(sidecar.metadata)
+    direction = None if sidecar.up_axis else find_up_direction(0, metadata)
+    if direction is not None:
+        metadata[UP_KEY] = format_up_direction(make_upright_matrix(clip) @ direction)
+    return replace(
+        sidecar,
+        up_axis=UPRIGHT_AXIS if direction is None else 0,
+        right_handed=True,
+        cameras=tuple(rotate_camera_upright(camera, clip) for camera in sidecar.cameras),
+        metadata=metadata,
+    )
 
 
 def parse_sidecar(data: bytes) -> Sidecar:

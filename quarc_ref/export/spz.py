@@ -17,7 +17,6 @@ from quarc_ref.export.gaussian_ply import build_ply, parse_ply
 from quarc_ref.export.upright import rotate_upright
 
 _MAX_LOGIT = 10.0  # logit of an opacity slightly below 1
-UP_AXIS = 3  # +y, as in a stream's header
 _MAX_COORDINATE = 2048 - 2**-12
 _MAGIC = b"NGSP"
 _GZIP_MAGIC = b"\x1f\x8b"

@@ -11,7 +11,9 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.dequantize import Float32, Splats
 from quarc_ref.export.clip import Clip
+from quarc_ref.format.cameras import Camera
 
+UPRIGHT_AXIS = 3  # +y, as in a stream's header
 _SQRT_HALF = 0.5**0.5
 # Quaternions wxyz that rotate each up axis to +y.
 _UPRIGHT_ROTATIONS = {
@@ -44,6 +46,19 @@ def rotate_upright(splats: Splats, clip: Clip) -> Splats:
         rotations=multiply_quaternions(np.array(quaternion), splats.rotations),
         sh=rotate_sh(matrix, splats.sh),
     )
+
+
+def make_upright_matrix(clip: Clip) -> NDArray[np.float64]:
+    """Return the `[3, 3]` matrix from the axes of a stream to right-handed axes with +y up."""
+    mirror = np.diag([1.0, 1.0, 1.0 if clip.header.right_handed else -1.0])
+    matrix: NDArray[np.float64] = convert_to_matrix(find_upright_rotation(clip)) @ mirror
+    return matrix
+
+
+def rotate_camera_upright(camera: Camera, clip: Clip) -> Camera:
+    """Return a camera that sees upright splats as `camera` sees the splats of the stream."""
+    rotation = np.array(camera.rotation).reshape(3, 3) @ make_upright_matrix(clip).T
+    return replace(camera, rotation=tuple(rotation.ravel().tolist()))
 
 
 def find_upright_rotation(clip: Clip) -> tuple[float, float, float, float]:

@@ -1,12 +1,21 @@
 """Tests that imported frames equal the exported frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.camera_geometry import rotation_matrix
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.frames_in import open_frames
-from quarc_ref.export.sidecar import SIDECAR_NAME, build_sidecar, parse_sidecar
+from quarc_ref.export.sidecar import (
+    SIDECAR_NAME,
+    Sidecar,
+    build_sidecar,
+    parse_sidecar,
+    rotate_sidecar_upright,
+)
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA, make_stream
@@ -70,9 +79,41 @@ def test_spz_is_read_with_its_axes(clip_and_frames, tmp_path):
     splats, ids = next(iter(imported.read()))
 
     assert ids is None
-    assert imported.up_axis == 3
+    assert imported.sidecar.up_axis == 3
     x, y, z = frames[0].splats.positions.T  # +z is up in the stream
     assert splats.positions == pytest.approx(np.stack([x, z, -y], axis=1), abs=2**-12)
+
+
+@pytest.mark.parametrize("right_handed", [True, False])
+@pytest.mark.parametrize("up_axis", [0, 1, 6])
+def test_cameras_see_imported_spz_frames_as_they_saw_the_stream(
+    up_axis, right_handed, clip_and_frames, tmp_path
+):
+    clip, frames = clip_and_frames
+    header = replace(_HEADER, up_axis=up_axis, right_handed=right_handed)
+    clip = Clip(header, (CAMERA,))
+    write_folder(tmp_path / "in", clip, frames[:1], "spz")
+    (tmp_path / "in" / SIDECAR_NAME).write_bytes(build_sidecar(clip, "f{frame}.spz", 0))
+    imported = open_frames(tmp_path / "in")
+    (camera,), (splats, _) = imported.sidecar.cameras, next(iter(imported.read()))
+
+    def list_camera_coordinates(splats, camera):
+        return splats.positions @ rotation_matrix(camera).T + np.array(camera.translation)
+
+    assert (imported.sidecar.up_axis, imported.sidecar.right_handed) == (3, True)
+    assert list_camera_coordinates(splats, camera) == pytest.approx(
+        list_camera_coordinates(frames[0].splats, CAMERA), abs=2**-11
+    )
+
+
+@pytest.mark.parametrize(
+    ("up", "rotated_up"), [("0 -0.8 0.6", "0.000000 0.800000 -0.600000"), ("up", "up")]
+)
+def test_an_up_direction_in_metadata_is_rotated_with_spz_frames(up, rotated_up):
+    sidecar = rotate_sidecar_upright(Sidecar(metadata={"up": up}))
+
+    assert sidecar.metadata["up"] == rotated_up
+    assert sidecar.up_axis == (3 if up == "up" else 0)
 
 
 def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):

@@ -141,7 +141,7 @@ def _make_options(frames: "ImportedFrames", fps: float | None, up: str | None) -
         metadata=sidecar.metadata,
         header=replace(
             options.header,
-            up_axis=up_axis or frames.up_axis or sidecar.up_axis,
+            up_axis=up_axis or sidecar.up_axis,
             right_handed=sidecar.right_handed,
             meters_per_unit=sidecar.meters_per_unit,
         ),
