@@ -19,17 +19,23 @@ OutputKind = Literal["mp4", "webm", "png", "npz"]
 VideoContainer = Literal["mp4", "webm"]
 _VIDEO_SUFFIXES: dict[str, VideoContainer] = {".mp4": "mp4", ".webm": "webm"}
 _PICTURE_SUFFIX = ".png"
+_KIND_BY_SUFFIX: dict[str, OutputKind] = {**_VIDEO_SUFFIXES, _PICTURE_SUFFIX: "png"}
 _SIDECAR_NAME = "depth.json"
 _SIDECAR_SCHEMA = "depth/1"
 
 
-def choose_output_kind(output: Path, *, depth: bool) -> OutputKind:
-    """Choose the type of output from the suffix of the output path.
+def choose_output_kind(output: Path, to: OutputKind | None, *, depth: bool) -> OutputKind:
+    """Return the type of output that `--to` or the suffix of the output path selects.
 
     Raises:
-        UsageError: The suffix does not determine a type.
+        UsageError: The suffix does not determine a type, or is that of another type than `--to`.
     """
     suffix = output.suffix.lower()
+    if to is not None:
+        if _KIND_BY_SUFFIX.get(suffix, to) != to:
+            message = f"the suffix of {output} conflicts with --to {to}: change one of them"
+            raise UsageError(message)
+        return to
     video_container = _VIDEO_SUFFIXES.get(suffix)
     if video_container and not depth:
         return video_container

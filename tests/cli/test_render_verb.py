@@ -76,6 +76,17 @@ def test_a_name_without_a_known_suffix_writes_nothing(name, stream_file, tmp_pat
     assert list_names(tmp_path) == ["small.quarc"]
 
 
+@pytest.mark.parametrize(
+    ("name", "kind"), [("o.webm", "mp4"), ("o.MP4", "webm"), ("o.png", "mp4"), ("o.mp4", "png")]
+)
+def test_a_suffix_and_a_type_that_differ_write_nothing(name, kind, stream_file, tmp_path):
+    result = run("render", stream_file, "-o", tmp_path / name, "--to", kind, "--frames", "0")
+
+    assert result.exit_code == 2
+    assert f"conflicts with --to {kind}" in result.stderr
+    assert list_names(tmp_path) == ["small.quarc"]
+
+
 def test_a_folder_can_have_any_suffix_that_is_not_of_a_file(stream_file, tmp_path):
     run_json("render", stream_file, "-o", tmp_path / "out.v1", "--frames", ":1", "--to", "png")
 

@@ -123,7 +123,7 @@ def render(
         from quarc_ref.viewing.outline import outline_stream
 
         frame_range = parse_frames(frames)
-        kind = to or choose_output_kind(output, depth=depth)
+        kind = choose_output_kind(output, to, depth=depth)
         _reject_conflicts(kind, depth, path, pixel_format, pictures)
         with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
