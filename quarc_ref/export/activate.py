@@ -5,17 +5,19 @@ import numpy as np
 from quarc_ref.decoder.dequantize import Float32, Splats
 
 SH_C0 = 0.28209479177387814
+_MAX_LOG_SCALE = 80.0  # scales from 2e-35 to 6e34, with which float32 can still calculate
 
 
 def compute_opacities(splats: Splats) -> Float32:
     """Return the `[N]` opacities from 0 to 1."""
-    opacities: Float32 = (1 / (1 + np.exp(-splats.opacities.astype(np.float64)))).astype(np.float32)
-    return opacities
+    with np.errstate(over="ignore"):  # opacities below 1e-308 become 0
+        opacities = 1 / (1 + np.exp(-splats.opacities.astype(np.float64)))
+    return opacities.astype(np.float32)
 
 
 def compute_scales(splats: Splats) -> Float32:
-    """Return the `[N, 3]` standard deviations in world units."""
-    scales: Float32 = np.exp(splats.log_scales)
+    """Return the `[N, 3]` standard deviations in world units, finite and above 0."""
+    scales: Float32 = np.exp(np.clip(splats.log_scales, -_MAX_LOG_SCALE, _MAX_LOG_SCALE))
     return scales
 
 

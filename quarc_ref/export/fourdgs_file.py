@@ -59,10 +59,11 @@ class SequenceExporter:
         from fourdgs.keyframe_delta_file import write_sequence
 
         try:
-            data: bytes = write_sequence(
-                self._samples, self._end_time, profile="fine", library="quarc-ref"
-            )
-        except FourdgsError as error:
+            with np.errstate(all="ignore"):  # the library rejects numbers that it cannot quantize
+                data: bytes = write_sequence(
+                    self._samples, self._end_time, profile="fine", library="quarc-ref"
+                )
+        except (FourdgsError, ValueError) as error:
             message = f"fourdgs cannot write the frames: {error}"
             raise ExportError(message) from error
         return data

@@ -11,6 +11,7 @@ import pytest
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
+from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA, make_stream
@@ -290,3 +291,32 @@ def test_numpy_reads_npz():
     clip, frames = make_clip()
     with np.load(io.BytesIO(export("npz", clip, frames)), allow_pickle=False) as arrays:
         assert np.array_equal(arrays["positions"], dequantize(frames[-1].scene).positions)
+
+
+@pytest.mark.parametrize("name", ["glb", "4dgs"])
+def test_scales_beyond_the_range_of_floats_are_written_as_finite_numbers(name, tmp_path):
+    """glTF does not allow infinity, and fourdgs cannot quantize it."""
+    fourdgs = pytest.importorskip("fourdgs")
+    clip, frames = make_clip()
+    splats = frames[-1].splats
+    log_scales = splats.log_scales.copy()
+    log_scales[0], log_scales[1] = 128, -128
+    data = export(name, clip, [Frame(frames[-1].scene, replace(splats, log_scales=log_scales))])
+    if name == "glb":
+        (tmp_path / "frame.glb").write_bytes(data)
+        scales = fourdgs.from_gltf(str(tmp_path / "frame.glb")).gaussians.scales
+    else:
+        imported_splats, _ = next(iter(read_4dgs(data).read()))
+        scales = np.exp(imported_splats.log_scales)
+
+    assert np.isfinite(scales).all()
+    assert np.log(scales.max()) == pytest.approx(80, rel=1e-2)
+
+
+def test_frames_that_fourdgs_cannot_quantize_are_rejected():
+    clip, frames = make_clip()
+    frame = frames[-1]
+    log_scales = np.full_like(frame.splats.log_scales, -1e4)  # too small for the positions
+
+    with pytest.raises(ExportError, match="fourdgs cannot write the frames"):
+        export("4dgs", clip, [Frame(frame.scene, replace(frame.splats, log_scales=log_scales))])
