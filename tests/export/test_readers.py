@@ -295,7 +295,7 @@ def test_numpy_reads_npz():
 
 @pytest.mark.parametrize("name", ["glb", "4dgs"])
 def test_scales_beyond_the_range_of_floats_are_written_as_finite_numbers(name, tmp_path):
-    """glTF does not allow infinity, and fourdgs cannot quantize it."""
+    """Infinity is not allowed in glTF, and fourdgs cannot quantize it."""
     fourdgs = pytest.importorskip("fourdgs")
     clip, frames = make_clip()
     splats = frames[-1].splats
@@ -316,7 +316,7 @@ def test_scales_beyond_the_range_of_floats_are_written_as_finite_numbers(name, t
 def test_frames_that_fourdgs_cannot_quantize_are_rejected():
     clip, frames = make_clip()
     frame = frames[-1]
-    log_scales = np.full_like(frame.splats.log_scales, -1e4)  # too small for the positions
+    positions = frame.splats.positions * np.float32(1e30)  # too large for the scales
 
     with pytest.raises(ExportError, match="fourdgs cannot write the frames"):
-        export("4dgs", clip, [Frame(frame.scene, replace(frame.splats, log_scales=log_scales))])
+        export("4dgs", clip, [Frame(frame.scene, replace(frame.splats, positions=positions))])
