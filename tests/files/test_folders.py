@@ -1,4 +1,5 @@
 import os
+from pathlib import Path
 
 import pytest
 
@@ -223,3 +224,28 @@ def test_a_foreign_folder_created_in_the_meantime_is_not_replaced(replace, tmp_p
 
     assert _list(tmp_path) == ["out"]
     assert _list(target) == ["mine.txt"]
+
+
+@pytest.mark.parametrize("name", [".", ""])
+def test_the_current_folder_is_rejected_before_anything_is_written(name, tmp_path, monkeypatch):
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    with (
+        pytest.raises(OutputPathError, match="is the current folder"),
+        written_folder(Path(name)),
+    ):
+        pytest.fail("the folder was opened")
+    with growing_folder(Path(name)) as folder:  # writes into the folder without replacing it
+        folder.write("a", b"")
+    assert (tmp_path / "here" / "a").exists()
+
+
+def test_a_mount_point_is_rejected_before_anything_is_written(tmp_path, monkeypatch):
+    monkeypatch.setattr(os.path, "ismount", lambda path: path == tmp_path)
+
+    with (
+        pytest.raises(OutputPathError, match="is a mount point"),
+        written_folder(tmp_path),
+    ):
+        pytest.fail("the folder was opened")
