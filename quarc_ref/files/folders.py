@@ -36,6 +36,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
             folder.
         OSError: The folder cannot be written.
     """
+    _require_movable(target)
     _require_available(target, replace=replace)
     folder = _make_temporary_folder(target)
     try:
@@ -92,6 +93,15 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
         with suppress(OSError):  # the folder is not empty
             target.rmdir()
         raise
+
+
+def _require_movable(target: Path) -> None:
+    """Raise OutputPathError if a path is a folder that cannot be replaced by a renamed folder."""
+    is_mount_point = os.path.ismount(target)
+    kind = "a mount point" if is_mount_point else "" if target.name else "the current folder"
+    if kind:
+        message = f"{target} is {kind}, which cannot be replaced: choose a new folder in it"
+        raise OutputPathError(message)
 
 
 def _require_available(target: Path, *, replace: bool) -> None:
