@@ -37,6 +37,18 @@ def check_birth_count(header: StreamHeader, count: int, gaussian_count: int) -> 
     _decline_above(_DECODER_LIMITS.gaussians, gaussian_count + count, "Gaussians")
 
 
+def find_max_births(header: StreamHeader, gaussian_count: int) -> int:
+    """Return the largest number of births that this decoder accepts in a frame.
+
+    Args:
+        header: Header of the stream.
+        gaussian_count: Number of Gaussians in the scene without the births.
+    """
+    levels = (header.limits, _DECODER_LIMITS)
+    max_births = min(level.births for level in levels)
+    return max(0, min(max_births, *(level.gaussians - gaussian_count for level in levels)))
+
+
 def _decline_above(limit: int, count: int, noun: str) -> None:
     """Decline a count above this decoder's own limit; only the unlimited level allows more.
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.engine import FrameState
+from quarc_ref.decoder.limits import find_max_births
 from quarc_ref.encoder.checks.first_frame_check import check_first_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
@@ -174,6 +175,7 @@ class _Encoding:
             rd.scale_relative(config.births.rd_lambda) / moved_frame.state.scene.count,
             partial(self._loop.count_birth_bytes, moved_frame),
         )
+        config = self._limit_births(moved_frame.state)
         births = fit_births(context, moved_frame.state, motion.statistics, config, cost)
         kind = self._commit(moved_frame, births)
         self._report_frame(kind, births.newborn.count if births else 0, death_count)
@@ -185,6 +187,15 @@ class _Encoding:
         self._loop.finish()
         self._context.observers.monitor.end()
         self._context.observers.progress.advance("frames", self.frame_count, self.frame_count)
+
+    def _limit_births(self, moved_state: FrameState) -> EncoderConfig:
+        """Return settings that allow no more births than the stream's level.
+
+        Gaussians that are not faint stay, so their number can grow from frame to frame.
+        """
+        scene, births = moved_state.scene, self._config.births
+        max_births = min(births.max_births, find_max_births(scene.header, scene.count))
+        return replace(self._config, births=replace(births, max_births=max_births))
 
     def _report_frame(self, kind: bytes, birth_count: int, death_count: int) -> None:
         scene, loop = self._loop.state.scene, self._loop

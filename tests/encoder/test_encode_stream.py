@@ -17,6 +17,7 @@ from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.settings.frames import BirthSettings
+from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.container import FRAM
 from quarc_ref.format.errors import TruncatedError
 from quarc_ref.inspection.inspect_stream import inspect_stream
@@ -201,6 +202,17 @@ def test_births_at_errors_are_added_and_only_faint_gaussians_die_for_them():
     death_count = sum(frame.deaths for frame in frames)
     assert birth_count > death_count
     assert frames[-1].gaussians == frames[0].gaussians + birth_count - death_count
+
+
+def test_births_stop_at_the_limit_of_the_level(stream, monkeypatch):
+    first_count = inspect_stream(stream).frames[0].gaussians
+    limit = first_count + SMALL.births.max_births + 2
+    monkeypatch.setitem(LEVELS, 10, LEVELS[10]._replace(gaussians=limit))
+    births = replace(SMALL.births, placement="errors", error_threshold=0.0, death_opacity=0.0)
+
+    frames = inspect_stream(_encode(replace(SMALL, births=births))).frames
+
+    assert [frame.gaussians for frame in frames] == [first_count, limit - 2, limit, limit]
 
 
 @cache

@@ -90,13 +90,19 @@ def make_header(
         config: All settings; `config.stream` provides the fields that are not set here.
         frames_per_second: Frame rate of the capture.
         gaussian_count: Number of Gaussians in the canonical frame. The conformance level is the
-            lowest one that allows `gaussian_count` + `births.max_births` Gaussians.
+            lowest one that allows `gaussian_count` + `births.max_births` Gaussians, and
+            `births.max_births` births.
     """
     frame_rate = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
-    max_gaussians = gaussian_count + config.births.max_births
+    max_births = config.births.max_births
+    max_gaussians = gaussian_count + max_births
     return replace(
         config.stream,
-        level=min(level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians),
+        level=min(
+            level
+            for level, limits in LEVELS.items()
+            if max_gaussians <= limits.gaussians and max_births <= limits.births
+        ),
         timescale=frame_rate.numerator,
         frame_ticks=frame_rate.denominator,
         seed=config.seed,

@@ -147,6 +147,13 @@ def test_the_level_allows_the_scene_and_its_births(count, level):
     assert make_header(config, 30.0, count).level == level
 
 
+@pytest.mark.parametrize(("max_births", "level"), [(4096, 10), (4097, 20), (1 << 16, 30)])
+def test_the_level_allows_the_births_of_a_frame(max_births, level):
+    config = replace(choose_preset("paper"), births=BirthSettings(max_births=max_births))
+
+    assert make_header(config, 30.0, 9).level == level
+
+
 @pytest.mark.parametrize(("old", "new"), RENAMED.items(), ids=RENAMED)
 def test_an_old_name_is_rejected_with_the_new_one(old, new):
     with pytest.raises(SettingError, match=f"^setting '{old}' is now '{new}'$"):
