@@ -7,6 +7,7 @@ exit code is 128 plus the signal's number, as in a shell: 130 after Ctrl-C (SIGI
 SIGTERM, 141 if the reader of a pipe has closed the pipe (SIGPIPE).
 """
 
+import io
 import os
 import select
 import signal
@@ -87,10 +88,17 @@ def restore_sigterm_handler() -> None:
 
 
 def ensure_standard_streams() -> None:
-    """Replace standard output and standard error with the null device if they are closed."""
+    """Prepare standard output and standard error for any text, even if they are closed.
+
+    If one is closed, it is replaced with the null device. Characters that its encoding does not
+    have are escaped.
+    """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115, kept open
+        output = getattr(sys, name)
+        if isinstance(output, io.TextIOWrapper):
+            output.reconfigure(errors="backslashreplace")
 
 
 def _flush_or_discard(output: TextIO) -> None:

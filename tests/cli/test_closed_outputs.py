@@ -78,3 +78,20 @@ def test_a_bad_stream_is_reported_even_if_all_output_fails(stream_file):
     assert code == 1
     assert "truncated" in message
     assert _run_redirected(">&- 2>&-", "verify", stream_file)[0] == 1
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "cp1252", "utf-8"])
+def test_text_that_the_encoding_of_the_output_lacks_is_escaped(encoding, stream_file, tmp_path):
+    """On Windows, standard output of a command that is redirected to a file is not UTF-8."""
+    path = stream_file.rename(tmp_path / "\u6620.quarc")
+    completed = subprocess.run(
+        [*COMMAND, "info", path],
+        capture_output=True,
+        env=_BUFFERED_ENVIRONMENT | {"PYTHONIOENCODING": encoding},
+        timeout=60,
+        check=False,
+    )
+
+    assert (completed.returncode, completed.stderr) == (0, b"")
+    title = "\u6620" if encoding == "utf-8" else "\\u6620"
+    assert completed.stdout.decode(encoding).startswith(f"{title}.quarc")
