@@ -12,7 +12,11 @@ import typer
 from quarc_ref import __version__
 from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS, format_explanations
 from quarc_ref.cli.command import Subcommand
-from quarc_ref.cli.errors import ensure_standard_streams, install_sigterm_handler
+from quarc_ref.cli.errors import (
+    ensure_standard_streams,
+    install_sigterm_handler,
+    report_closed_pipe,
+)
 from quarc_ref.cli.output import MessageHandler
 from quarc_ref.cli.verbs import (
     bench,
@@ -88,4 +92,5 @@ def main() -> None:
     """Run the `quarc-ref` command line."""
     ensure_standard_streams()
     install_sigterm_handler()
-    app(prog_name="quarc-ref")
+    with report_closed_pipe():
+        app(prog_name="quarc-ref")

@@ -73,6 +73,20 @@ def report_errors() -> Iterator[None]:
         _exit_with(*_get_message_and_code(error))
 
 
+@contextmanager
+def report_closed_pipe() -> Iterator[None]:
+    """Exit with the code of SIGPIPE if a help text or a usage error is written to a closed pipe.
+
+    typer and rich exit with code 1, which means that a stream is rejected.
+    """
+    try:
+        yield
+    except SystemExit as error:
+        if isinstance(error.__context__, BrokenPipeError):
+            raise SystemExit(_EXIT_SIGNAL_BASE + _SIGPIPE) from error
+        raise
+
+
 def install_sigterm_handler() -> None:
     """Handle SIGTERM like Ctrl-C, so that cleanup code runs."""
     signal.signal(signal.SIGTERM, _raise_termination)

@@ -58,6 +58,18 @@ def test_a_closed_pipe_ends_a_verb_with_the_exit_code_of_sigpipe(
     assert (completed.returncode, completed.stderr) == (128 + signal.SIGPIPE, b"")
 
 
+@pytest.mark.parametrize("arguments", [["--help"], ["info", "--help"], ["--version"]])
+def test_a_closed_pipe_ends_help_with_the_exit_code_of_sigpipe(arguments):
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    with os.fdopen(write_end, "wb") as pipe:
+        completed = subprocess.run(
+            [*COMMAND, *arguments], stdout=pipe, stderr=subprocess.PIPE, timeout=60, check=False
+        )
+
+    assert (completed.returncode, completed.stderr) == (128 + signal.SIGPIPE, b"")
+
+
 def test_standard_error_can_be_a_closed_pipe(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
     read_end, write_end = os.pipe()
