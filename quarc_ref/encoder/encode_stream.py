@@ -265,7 +265,8 @@ def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderCo
 
     Raises:
         CaptureError: A picture cannot be read.
-        EncodeError: No initial point is visible in a training view.
+        EncodeError: No initial point is visible in a training view, or the format does not support
+            the steps.
     """
     full_capture = capture.full_capture
     cameras = [full_capture.cameras[index] for index in full_capture.training]

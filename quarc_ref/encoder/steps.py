@@ -51,7 +51,8 @@ def propose_steps(
         pictures: Picture `[H, W, 3]` of each training camera at frame 0.
 
     Raises:
-        EncodeError: No initial point is visible in a training view.
+        EncodeError: No initial point is visible in a training view, or the format does not support
+            the steps.
     """
     if not (settings.position_pixels or settings.translation_change):
         return header
@@ -63,15 +64,23 @@ def propose_steps(
             measure_sharpness(pictures), settings.translation_change / _MAX_TRANSLATION_PIXELS
         )
         translation_step_size = settings.translation_change / sharpness * pixel_size
-    exponent = _choose_exponent(
-        min(position_step_size, translation_step_size), _measure_max_coordinate(cameras, points)
-    )
-    return replace(
-        header,
-        lattice_exponent=exponent,
-        position_step=_to_lattice_units(position_step_size, exponent),
-        translation_step=_to_lattice_units(translation_step_size, exponent),
-    )
+    step_sizes = position_step_size, translation_step_size
+    try:
+        exponent = _choose_exponent(min(step_sizes), _measure_max_coordinate(cameras, points))
+        position_units, translation_units = (_to_lattice_units(x, exponent) for x in step_sizes)
+        return replace(
+            header,
+            lattice_exponent=exponent,
+            position_step=position_units,
+            translation_step=translation_units,
+        )
+    except (OverflowError, ValueError) as error:
+        message = (
+            f"the format does not support a position step of {position_step_size:.3g} with a "
+            f"translation step of {translation_step_size:.3g} world units: change "
+            "steps.position_pixels or steps.translation_change, or scale the capture"
+        )
+        raise EncodeError(message) from error
 
 
 def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:

@@ -140,6 +140,14 @@ def test_one_step_can_be_in_world_units_and_the_other_in_pixels():
     assert position_step(header) == pytest.approx(position_step(_propose()), rel=1 / 16)
 
 
+@pytest.mark.parametrize(("factor", "position_pixels"), [(1e10, 0.25), (1.0, 1e300), (1e10, 1e308)])
+def test_steps_that_the_format_does_not_support_are_rejected(factor, position_pixels):
+    settings = replace(_SETTINGS, position_pixels=position_pixels)
+
+    with pytest.raises(EncodeError, match="scale the capture"):
+        _propose(factor, settings)
+
+
 def test_points_outside_all_views_give_no_steps():
     cameras, points = _CAMERAS_AND_POINTS
     hidden_points = Points(points.positions + np.float32(1e3), points.colors)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from quarc_ref.encoder.settings.ranges import (
+    GaussianCount,
     NonNegativeFloat,
     NonNegativeInt,
     PositiveFloat,
@@ -42,7 +43,7 @@ class CanonicalSettings(Validated):
         "Maximum number of initial points to train from; if there are more, a random subset is "
         "used.",
     )
-    max_gaussians: PositiveInt = described(1 << 20, "Maximum number of Gaussians.")
+    max_gaussians: GaussianCount = described(1 << 20, "Maximum number of Gaussians.")
     sh_from_iter: NonNegativeInt = described(
         1000, "First iteration that trains SH degree 1 (paper: 1000)."
     )

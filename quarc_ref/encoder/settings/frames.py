@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from quarc_ref.encoder.settings.ranges import (
+    BirthCount,
     Logit,
     NonNegativeFloat,
     NonNegativeInt,
@@ -114,7 +115,7 @@ class BirthSettings(Validated):
         "Opacity, 0 to 1, below which a Gaussian may be deleted to make room for a new one; 1: "
         "any Gaussian may be deleted, which keeps the number of Gaussians constant (paper).",
     )
-    max_births: NonNegativeInt = described(
+    max_births: BirthCount = described(
         1 << 12, "Maximum number of new Gaussians per frame; 0: no births."
     )
     max_parent_scale: NonNegativeFloat = described(

@@ -9,8 +9,11 @@ import sys
 from dataclasses import dataclass, fields
 from typing import Annotated, Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
 
+from quarc_ref.format.constants import LEVELS
+
 _INT_LIMIT = 1 << 40  # above any useful count
 _FLOAT_LIMIT = sys.float_info.max
+_COUNT_LIMITS = LEVELS[30]  # the decoder declines frames with more Gaussians or births
 
 
 class Bounds(NamedTuple):
@@ -27,6 +30,8 @@ class Bounds(NamedTuple):
 
 NonNegativeInt = Annotated[int, Bounds(0, _INT_LIMIT)]
 PositiveInt = Annotated[int, Bounds(1, _INT_LIMIT)]
+GaussianCount = Annotated[int, Bounds(1, _COUNT_LIMITS.gaussians)]
+BirthCount = Annotated[int, Bounds(0, _COUNT_LIMITS.births)]
 Seed = Annotated[int, Bounds(0, (1 << 64) - 1)]
 NonNegativeFloat = Annotated[float, Bounds(0, _FLOAT_LIMIT)]
 PositiveFloat = Annotated[float, Bounds(sys.float_info.min, _FLOAT_LIMIT)]

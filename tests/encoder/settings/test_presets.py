@@ -97,6 +97,8 @@ def test_changing_a_setting_leaves_all_others():
         ("motion.rate_model", "l2", "l1, group_log"),
         ("births.split_iters", "a,b", "births.split_iters"),
         ("stream.level_count", "9", "level_count"),
+        ("canonical.max_gaussians", "1048577", "an integer from 1 to 1048576"),
+        ("births.max_births", "65537", "an integer from 0 to 65536"),
     ],
 )
 def test_an_unknown_setting_is_rejected(path, text, message):
