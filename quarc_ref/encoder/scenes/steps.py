@@ -42,6 +42,10 @@ _MIN_ROTATION_BITS = 5
 # frames that are too small to be coded.
 _STEP_PER_BOUND = 1.6
 _MAX_EXACT_ANGLE = 1e-5  # radians
+# Largest error of a coded rotation, in radians times 2^bits. Each of three components has an error
+# of half a step at most; the fourth is at least 1/2, so the error of the quaternion is at most
+# twice theirs, and the angle is twice that error.
+_MAX_STEPS_OF_ANGLE = 2 * math.sqrt(3)
 
 
 def choose_steps(
@@ -149,8 +153,9 @@ def _choose_step(values: NDArray[np.floating], bound: float) -> float:
 def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
     """Return the number of fraction bits for rotations.
 
-    The result is the smallest number of bits for which coding is exact, or one bit more than
-    the bound requires, whichever is smaller.
+    The result is the smallest number of bits for which coding of the first frame is exact, or one
+    bit more than the bound requires there, whichever is smaller. It is raised if a rotation that
+    is not in the first frame, such as that of a birth, could exceed the bound.
     """
     unit_quaternions = normalize(rotations.T.astype(np.float64))
     q22_quaternions = np.rint(unit_quaternions * ROTATION_ONE).astype(np.int64)
@@ -160,4 +165,5 @@ def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
         max_errors[bits] = float(angles_between(decoded / ROTATION_ONE, unit_quaternions).max())
     exact_bits = [bits for bits, error in max_errors.items() if error < _MAX_EXACT_ANGLE]
     sufficient_bits = [bits for bits, error in max_errors.items() if error <= 0.9 * bound]
-    return min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])
+    chosen = min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])
+    return max(chosen, min(math.ceil(math.log2(_MAX_STEPS_OF_ANGLE / bound)), ROTATION_BITS_LIMIT))

@@ -130,11 +130,12 @@ def test_a_higher_lambda_gives_fewer_updates():
     assert counts[0] > counts[1] > counts[2]
 
 
-def test_an_update_that_gains_too_little_is_left_out():
+@pytest.mark.parametrize("select_at", [0.5, 1.0])
+def test_an_update_that_gains_too_little_is_left_out(select_at):
     wrong_state = _add_to_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
     counts = [
-        _fit(wrong_state, replace(_UPDATES, min_gain=min_gain)).updates.count
+        _fit(wrong_state, replace(_UPDATES, min_gain=min_gain, select_at=select_at)).updates.count
         for min_gain in (0.0, 0.02, 9.0)
     ]
 
