@@ -1,4 +1,4 @@
-"""Checks that the videos of a capture have the same frame rate, length and rotation flags."""
+"""Checks the frame rate of a capture, and that its videos agree in rate, length and rotation."""
 
 import math
 from collections import Counter
@@ -11,10 +11,26 @@ from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.video import VideoReader
 
+_MIN_RATE, _MAX_RATE = 1e-3, 1e6  # a stream can state all frame rates in this range
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
 _MAX_DESCRIPTIONS = 5
+
+
+def require_usable_frame_rate(frames_per_second: float) -> None:
+    """Check that a stream can state the frame rate of a capture.
+
+    Raises:
+        FrameRateError: The frame rate is too low or too high, or is not a number.
+    """
+    if not _MIN_RATE <= frames_per_second <= _MAX_RATE:
+        message = (
+            f"the frame rate of the capture is {frames_per_second:g} frames per second, but it "
+            f"must be from {_MIN_RATE:g} to {_MAX_RATE:,.0f}: correct 'fps' in transforms.json, or "
+            "convert the videos"
+        )
+        raise FrameRateError(message)
 
 
 def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:

@@ -7,7 +7,7 @@
     ├── MissingCameraError      poses and pictures do not have the same camera names
     │   └── HeldOutError        cameras to hold out do not exist, or none are left to train
     ├── CountMismatchError      numbers of frames differ, or numbers of poses and cameras
-    │   └── FrameRateError      videos differ in frame rate, or a frame rate is variable
+    │   └── FrameRateError      frame rates differ, or one is variable or out of range
     ├── TooFewFramesError       more frames are requested than the capture has
     │   └── StartError          the first requested frame is after the last frame
     ├── TruncatedVideoError     a video ends too early
@@ -54,7 +54,7 @@ class CountMismatchError(CaptureError):
 
 
 class FrameRateError(CountMismatchError):
-    """Videos differ in frame rate, or a video has a variable frame rate."""
+    """Videos differ in frame rate, or a frame rate is variable or out of range."""
 
 
 class TooFewFramesError(CaptureError):

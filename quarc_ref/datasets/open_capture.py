@@ -9,7 +9,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from quarc_ref.datasets.agreement import compare_lengths, compare_rotations
+from quarc_ref.datasets.agreement import (
+    compare_lengths,
+    compare_rotations,
+    require_usable_frame_rate,
+)
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
 from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
@@ -72,6 +76,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
     """
     footage = _add_masks(path, choose_layout(path).read(path))
     _require_sizes(footage)
+    require_usable_frame_rate(footage.frames_per_second)
     held_out = _choose_held_out([camera.name for camera in footage.cameras], options.held_out)
     rectifiers = [_make_rectifier(camera, options.downscale) for camera in footage.cameras]
     cameras = [

@@ -1,3 +1,4 @@
+import math
 import os
 import shutil
 from dataclasses import replace
@@ -9,6 +10,7 @@ import pytest
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
 from quarc_ref.datasets.errors import (
+    FrameRateError,
     MissingCameraError,
     StartError,
     UnknownLayoutError,
@@ -126,6 +128,19 @@ def test_a_start_after_the_last_frame_is_rejected(n3dv_folder):
         StartError, match=r"cannot start at frame 6: .* 6 frames common to all cameras"
     ):
         open_capture(n3dv_folder, CaptureOptions(start=6))
+
+
+@pytest.mark.parametrize("frame_rate", [math.nan, math.inf, 1e-4, 1e7])
+def test_a_frame_rate_that_no_stream_can_state_is_rejected(
+    n3dv_folder, shots, points, tmp_path, frame_rate
+):
+    folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
+    (folder / "poses_bounds.npy").unlink()
+    document = scenes.make_video_document(shots, fps=frame_rate)
+    scenes.write_transforms(folder, document, points)
+
+    with pytest.raises(FrameRateError, match=r"from 0\.001 to 1,000,000: correct 'fps'"):
+        open_capture(folder)
 
 
 def test_cameras_are_synchronized_by_the_offsets_in_the_notes(n3dv_folder, pictures, tmp_path):
