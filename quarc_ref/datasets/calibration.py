@@ -13,7 +13,7 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from quarc_ref.datasets.errors import UnreadablePointsError
+from quarc_ref.datasets.errors import UnreadablePointsError, UnreadablePoseError
 from quarc_ref.format.cameras import Camera
 
 Float64Array = NDArray[np.float64]
@@ -228,6 +228,7 @@ def make_camera(
 
     Raises:
         UnreadablePointsError: The camera has no near plane, and sees none of the points.
+        UnreadablePoseError: A number of the camera is too large or too small for a stream.
     """
     near = camera.near
     if near is None:
@@ -239,6 +240,7 @@ def make_camera(
             )
             raise UnreadablePointsError(message)
         near = choose_near(depths)
+    _require_storable(camera, near)
     lens = camera.lens
     return Camera(
         name=camera.name,
@@ -253,3 +255,21 @@ def make_camera(
         near=near,
         held_out=held_out,
     )
+
+
+def _require_storable(camera: CalibratedCamera, near: float) -> None:
+    """Raise UnreadablePoseError unless a stream can store the camera as binary32 (SPEC 5.6)."""
+    lens, translation = camera.lens, camera.pose.translation
+    positive_numbers = np.array([lens.fx, lens.fy, near])
+    numbers = np.array([*positive_numbers, lens.cx, lens.cy, *translation])
+    with np.errstate(over="ignore", under="ignore"):
+        is_finite = np.isfinite(numbers.astype(np.float32)).all()
+        is_positive = (positive_numbers.astype(np.float32) > 0).all()
+    if not (is_finite and is_positive):
+        message = (
+            f"a number of camera {camera.name} is too large or too small: focal lengths "
+            f"{lens.fx:g} and {lens.fy:g}, principal point {lens.cx:g}, {lens.cy:g}, translation "
+            f"{', '.join(f'{x:g}' for x in translation)}, near {near:g}; calibrate again, or scale "
+            "the capture"
+        )
+        raise UnreadablePoseError(message)

@@ -7,10 +7,12 @@ from quarc_ref.datasets.calibration import (
     CalibratedCamera,
     Lens,
     choose_near,
+    make_camera,
     make_pose,
     measure_depths,
     require_video_size,
 )
+from quarc_ref.datasets.errors import UnreadablePoseError
 from tests.datasets import scenes
 
 coordinates = st.tuples(*[st.floats(-5.0, 5.0)] * 3)
@@ -118,3 +120,15 @@ def test_a_size_that_no_video_has_is_rejected(size):
 def test_numbers_too_large_to_multiply_are_not_a_pose(axes, center):
     with pytest.raises(ValueError, match=r"orthonormal|too large"):
         make_pose(axes * scenes.look_at((1, -3, 2), (0, 0, 0)), (center, center, -center))
+
+
+@pytest.mark.parametrize(
+    ("focal_length", "near", "distance"),
+    [(1e-60, 1.0, 1.0), (1e60, 1.0, 1.0), (40.0, 1e-60, 1.0), (40.0, 1.0, 1e60)],
+)
+def test_a_camera_that_no_stream_can_store_is_rejected(focal_length, near, distance):
+    lens = Lens(48, 32, focal_length, 40.0, 20.0, 17.0)
+    camera = CalibratedCamera("left", lens, make_pose(np.eye(3), (0, 0, -distance)), near)
+
+    with pytest.raises(UnreadablePoseError, match="a number of camera left is too large or too"):
+        make_camera(camera, np.zeros((1, 3)))
