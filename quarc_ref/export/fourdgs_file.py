@@ -125,6 +125,9 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
     with _convert_errors():
         duration, frame_rate, sample_at = _open_file(data)
     frame_rate = frames_per_second or frame_rate
+    if not _MIN_FRAME_RATE <= frame_rate < _MAX_FRAME_RATE:
+        message = f"the file has {frame_rate:.3g} frames per second"
+        raise ValueError(message)
     frame_count = round(duration * frame_rate)
     if not (0 < duration < np.inf and 0 < frame_count <= _MAX_FRAMES):
         message = f"the file has {frame_count} frames; from 1 to {_MAX_FRAMES} are allowed"
@@ -242,5 +245,6 @@ def _as_splats(
 _ATTRIBUTE_NAMES = ("positions", "rotations", "log_scales", "opacities", "sh")
 _MAX_FRAMES = 1 << 20
 _DEFAULT_FRAME_RATE = 30.0
+_MIN_FRAME_RATE, _MAX_FRAME_RATE = 1e-3, 1e6
 _MIN_OPACITY = 1e-4
 _MIN_SCALE = 1e-12

@@ -7,14 +7,16 @@ from typing import Any
 from quarc_ref.export.clip import AXES, Clip
 from quarc_ref.export.up_direction import UP_KEY, find_up_direction, format_up_direction
 from quarc_ref.export.upright import UPRIGHT_AXIS, make_upright_matrix, rotate_camera_upright
+from quarc_ref.format import wire
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import QuarcError
 from quarc_ref.format.records import StreamHeader
 
 SIDECAR_NAME = "sequence.json"
 _SCHEMA = "quarc-ref/sequence/1"
 _MAX_CAMERAS = 1 << 12
 _MAX_BYTES = 1 << 24
-_MAX_FRAME_RATE = 1e6
+_MIN_FRAME_RATE, _MAX_FRAME_RATE = 1e-3, 1e6
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
@@ -101,9 +103,9 @@ def parse_sidecar(data: bytes) -> Sidecar:
         _require(content["schema"] == _SCHEMA, "schema")
         _require(len(content["cameras"]) <= _MAX_CAMERAS, "cameras")
         frames_per_second, metadata = float(content["frames_per_second"]), content["metadata"]
-        _require(0 < frames_per_second < _MAX_FRAME_RATE, "frames_per_second")
+        _require(_MIN_FRAME_RATE <= frames_per_second < _MAX_FRAME_RATE, "frames_per_second")
         _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
-        return Sidecar(
+        sidecar = Sidecar(
             frames_per_second,
             1 + AXES.index(content["up"]) if content["up_is_known"] else 0,
             bool(content["right_handed"]),
@@ -111,7 +113,9 @@ def parse_sidecar(data: bytes) -> Sidecar:
             tuple(map(_parse_camera, content["cameras"])),
             dict(metadata),
         )
+        _require_storable(sidecar)
     except (
+        QuarcError,
         ValueError,
         KeyError,
         TypeError,
@@ -121,6 +125,14 @@ def parse_sidecar(data: bytes) -> Sidecar:
     ) as error:
         message = f"the file is not a valid {SIDECAR_NAME} of quarc-ref: {error}"
         raise ValueError(message) from error
+    return sidecar
+
+
+def _require_storable(sidecar: Sidecar) -> None:
+    """Raise ValueError or QuarcError if a stream cannot store the contents of a sidecar."""
+    StreamHeader(meters_per_unit=sidecar.meters_per_unit)
+    wire.parse_cameras(wire.build_cameras(sidecar.cameras))  # rounds to float32
+    wire.build_metadata(sidecar.metadata)
 
 
 def _parse_camera(content: dict[str, Any]) -> Camera:
@@ -138,7 +150,7 @@ def _parse_camera(content: dict[str, Any]) -> Camera:
     return Camera(
         **{
             **field_values,
-            "name": str(content["name"])[:255],
+            "name": str(content["name"]),
             "held_out": bool(content["held_out"]),
         }
     )

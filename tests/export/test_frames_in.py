@@ -121,8 +121,6 @@ def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
     opacities = frames[0].splats.opacities.copy()
     opacities[0] = 40.0
     pytest.importorskip("gaussforge")
-    from dataclasses import replace
-
     frame = Frame(frames[0].scene, replace(frames[0].splats, opacities=opacities))
     path = tmp_path / "one.spz"
     path.write_bytes(EXPORT_FORMATS["spz"].load_builder()(frame, clip))
@@ -187,6 +185,13 @@ def test_an_invalid_4dgs_is_named(data, tmp_path):
         ('"cameras"', '"kameras"'),
         ('"up": "+z"', '"up": "z"'),
         ('"title": "small"', '"title": 1'),
+        ('"title": "small"', '"title": "\\ud800"'),
+        ('"title": "small"', f'"{"t" * 256}": "small"'),
+        ('"name": "cam00"', f'"name": "{"é" * 128}"'),
+        ('"near": 0.5', '"near": 1e-60'),  # 0 in the stream
+        ('"fx": 50.0', '"fx": 1e300'),
+        ('"meters_per_unit": 0.5', '"meters_per_unit": -1'),
+        ('"frames_per_second": 25.0', '"frames_per_second": 1e-9'),
     ],
 )
 def test_a_modified_sidecar_is_rejected(original, changed, clip_and_frames):
@@ -195,6 +200,18 @@ def test_a_modified_sidecar_is_rejected(original, changed, clip_and_frames):
 
     with pytest.raises(ValueError, match="not a valid sequence"):
         parse_sidecar(text.replace(original, changed).encode())
+
+
+def test_a_4dgs_with_an_impossible_frame_rate_is_rejected(clip_and_frames, tmp_path):
+    pytest.importorskip("fourdgs")
+    clip, frames = clip_and_frames
+    sequence = EXPORT_FORMATS["4dgs"].begin(Clip(replace(clip.header, timescale=1 << 31)))
+    for frame in frames:
+        sequence.add(frame)
+    (tmp_path / "all.4dgs").write_bytes(sequence.finish())
+
+    with pytest.raises(UnreadableFramesError, match="frames per second"):
+        open_frames(tmp_path / "all.4dgs")
 
 
 def test_a_4dgs_with_linear_motion_is_sampled(tmp_path):
