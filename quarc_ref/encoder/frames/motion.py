@@ -115,8 +115,7 @@ class _MotionFit:
     def take_step(self, step: int) -> None:
         """Take an optimizer step; first select updates if `UpdateSettings.select_at` is reached."""
         settings, updates = self._settings, self._updates
-        if updates is not None and step == self._selection_step:
-            updates.select(self._move().detached(), self._render, self._context.view_count)
+        self._select_updates_at(step)
         decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
         learning_rates = self._residuals.learning_rates(settings, decay)
         learning_rates += [updates.learning_rate(decay)] if updates else []
@@ -139,6 +138,7 @@ class _MotionFit:
 
     def result(self) -> FittedMotion:
         """Return the trained and quantized motion and updates."""
+        self._select_updates_at(self._settings.iterations)
         residuals = self._residuals
         motion = FittedMotion(residuals.symbols(), residuals.residuals_in_steps(), self._statistics)
         if self._updates is None:
@@ -147,6 +147,11 @@ class _MotionFit:
         is_deleted = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
         is_deleted[torch.from_numpy(updates.gaussians[updates.dies]).to(is_deleted.device)] = True
         return replace(motion, statistics=self._statistics.without(is_deleted), updates=updates)
+
+    def _select_updates_at(self, step: int) -> None:
+        """Select updates if this is the step at which `UpdateSettings.select_at` is reached."""
+        if self._updates is not None and step == self._selection_step:
+            self._updates.select(self._move().detached(), self._render, self._context.view_count)
 
     def _move(self) -> Attributes:
         sums = self._binding_sums.sum_levels(self._residuals.quantized())
