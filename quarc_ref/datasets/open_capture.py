@@ -5,9 +5,10 @@ as stored on disk. `open_capture` undistorts and downscales the pictures, applie
 computes missing initial points and near planes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import NoReturn
 
 from quarc_ref.datasets.agreement import (
     compare_lengths,
@@ -18,11 +19,13 @@ from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
 from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
 from quarc_ref.datasets.errors import (
+    CountMismatchError,
     HeldOutError,
     StartError,
     UnreadableVideoError,
     UnsupportedCameraError,
 )
+from quarc_ref.datasets.findings import format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
@@ -154,7 +157,8 @@ def _synchronize(
         pictures.
 
     Raises:
-        CaptureError: The notes are malformed, or `options.start` is after the last frame.
+        CaptureError: The notes are malformed, or `options.start` or an offset is after the last
+            frame.
     """
     names, start = [camera.name for camera in footage.cameras], options.start
     offsets = read_capture_notes(path).first_frames(names)
@@ -162,12 +166,7 @@ def _synchronize(
         footage.source, [start + offsets[name] for name in names]
     )
     if synchronized_pictures.frame_count < 1:
-        common_frame_count = synchronized_pictures.frame_count + start
-        message = (
-            f"cannot start at frame {start}: the capture has {common_frame_count} frames common to "
-            "all cameras"
-        )
-        raise StartError(message)
+        _reject_start(path, footage, offsets, start)
     findings = [
         *footage.findings,
         compare_rotations(names, footage.source.rotations),
@@ -182,6 +181,26 @@ def _synchronize(
             footage, description_files=(*footage.description_files, path / NOTES_NAME)
         )
     return footage, synchronized_pictures
+
+
+def _reject_start(path: Path, footage: Footage, offsets: Mapping[str, int], start: int) -> NoReturn:
+    """Raise the error for a start or offsets after the last frame of a camera."""
+    frame_counts = {
+        camera.name: length - offsets[camera.name]
+        for camera, length in zip(footage.cameras, footage.source.lengths, strict=True)
+    }
+    if min(frame_counts.values()) >= 1:
+        message = (
+            f"cannot start at frame {start}: the capture has {min(frame_counts.values())} frames "
+            "common to all cameras"
+        )
+        raise StartError(message)
+    skipped_names = [name for name, count in frame_counts.items() if count < 1]
+    message = (
+        f"the offsets in {path / NOTES_NAME} skip all frames of {format_names(skipped_names)}: "
+        "correct the offsets, or remove the camera"
+    )
+    raise CountMismatchError(message)
 
 
 def _choose_held_out(names: Sequence[str], requested_names: Sequence[str]) -> frozenset[str]:

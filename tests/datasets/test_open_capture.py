@@ -10,6 +10,7 @@ import pytest
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
 from quarc_ref.datasets.errors import (
+    CountMismatchError,
     FrameRateError,
     MissingCameraError,
     StartError,
@@ -153,6 +154,14 @@ def test_cameras_are_synchronized_by_the_offsets_in_the_notes(n3dv_folder, pictu
         assert np.array_equal(capture.image(camera, 1), pictures[camera][first_frame + 1])
     assert capture.findings == ()
     assert capture.fingerprint != open_capture(n3dv_folder).fingerprint
+
+
+def test_offsets_that_leave_no_common_frame_are_rejected(n3dv_folder, tmp_path):
+    folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
+    write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam01": 6}))
+
+    with pytest.raises(CountMismatchError, match=r"quarc-capture\.json skip all frames of cam01:"):
+        open_capture(folder)
 
 
 def test_an_offset_of_an_unknown_camera_is_rejected(n3dv_folder, tmp_path):
