@@ -108,6 +108,19 @@ def test_arrivals_and_departures_are_found_by_ids_or_by_order(with_ids):
     assert np.count_nonzero(last.scene.ids < 200) == 196
 
 
+def test_births_are_within_the_bounds_if_the_first_frame_has_rotations_on_a_coarse_grid():
+    splats = make_splats()
+    identities = np.tile(np.float32([1, 0, 0, 0]), (len(splats.positions), 1))
+    first_splats = replace(splats, rotations=identities)
+    second_splats = concatenate(first_splats, make_splats(count=190, seed=5))
+    data, _ = encode(
+        [GivenFrame(first_splats, np.arange(200)), GivenFrame(second_splats, np.arange(390))]
+    )
+
+    assert_close(data, [first_splats, second_splats])
+    assert list(decode_states(data))[-1].births.newborn.count == 190
+
+
 def test_ids_identify_gaussians_in_any_order():
     first_splats = make_splats()
     shuffled = np.random.default_rng(2).permutation(200)
