@@ -108,3 +108,11 @@ browserTest("a camera's picture keeps its aspect ratio, and a moved view fills t
   const [wideLeft, wideRight] = await findPictureEdges(page, floorRow);
   assert.ok(wideRight - wideLeft > 1.3 * width);
 });
+
+for (const attributes of ['controls="none"', "hidden"]) {
+  browserTest(`a player with ${attributes}, whose timeline has no width, plays`, async () => {
+    await using page = await PlayerPage.open({ attributes: `${attributes} autoplay speed="8"` });
+    await page.waitUntil((player) => player.frame === 23);
+    await page.run(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  });
+}

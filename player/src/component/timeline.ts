@@ -71,7 +71,7 @@ export class Timeline {
     if (context === null) return;
     context.clearRect(0, 0, width, height);
     const frameCount = extent.endFrame - extent.firstFrame;
-    if (frameCount <= 0) return;
+    if (frameCount <= 0 || width === 0) return; // the width is 0 while the timeline is hidden
     const frameWidth = width / frameCount;
     const framesPerBar = Math.max(1, Math.floor(1 / frameWidth)); // frames per pixel
     for (let frame = extent.firstFrame; frame < extent.endFrame; frame += framesPerBar) {
