@@ -87,3 +87,22 @@ browserTest("a picture is shown before the first frame has arrived", async () =>
   assert.ok(received.atPreview > 0 && received.atPreview < CANONICAL_BYTES * 0.75, JSON.stringify(received));
   assert.ok(received.atFrame > received.atPreview);
 });
+
+browserTest("a stream that is too large for the graphics card is reported", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const shown = await page.page.evaluate(async () => {
+    const { getParameter } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.getParameter = function (name: GLenum) {
+      return name === this.MAX_TEXTURE_SIZE ? 4 : getParameter.call(this, name);
+    };
+    const player = document.createElement("quarc-player") as PlayerElement;
+    player.setAttribute("src", "stream.quarc");
+    const failed = new Promise<string>((resolve) => player.addEventListener("error", ({ detail }) => resolve(detail.kind)));
+    document.body.append(player);
+    const kind = await failed;
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    return [kind, player.frame];
+  });
+  assert.deepEqual(shown, ["limit", null]);
+  assert.ok(await page.page.locator("quarc-player .fault").isVisible());
+});

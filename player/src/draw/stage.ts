@@ -153,7 +153,7 @@ export class Stage {
       this.#painter?.apply(packet);
     } catch (error) {
       if (!(error instanceof DrawingError)) throw error;
-      this.#events.onFault(error.message);
+      return this.#events.onFault(error.message);
     }
     this.#setOrder(order);
     this.#events.onShown(packet, { sortMs, uploadMs: performance.now() - startTime });
