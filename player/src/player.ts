@@ -35,7 +35,7 @@ export class Player extends PlayerEventTarget {
   /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2. */
   constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
     super();
-    this.#stage = new Stage(canvas, makeSorter(), {
+    this.#stage = new Stage(canvas, makeSorter, {
       onShown: (packet, cost) => this.#handleShown(packet, cost),
       onRestored: () => void this.setFrame(this.#playback.frame ?? 0),
       onFault: (message) => this.#handleFault({ kind: "limit", message, rejectId: null, frame: null }),

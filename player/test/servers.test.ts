@@ -106,3 +106,23 @@ browserTest("a stream that is too large for the graphics card is reported", asyn
   assert.deepEqual(shown, ["limit", null]);
   assert.ok(await page.page.locator("quarc-player .fault").isVisible());
 });
+
+browserTest("without WebGL2, an error is shown, and no worker is left", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const counts = await page.page.evaluate(() => {
+    HTMLCanvasElement.prototype.getContext = () => null;
+    const [BrowserWorker, counts] = [Worker, { workers: 0, errors: 0 }];
+    window.Worker = class extends BrowserWorker {
+      constructor(url: string | URL) {
+        super(url);
+        counts.workers += 1;
+      }
+    };
+    const player = document.createElement("quarc-player") as PlayerElement;
+    player.addEventListener("error", () => (counts.errors += 1));
+    document.body.append(player);
+    return counts;
+  });
+  assert.deepEqual(counts, { workers: 0, errors: 1 });
+  assert.equal(await readText(page, "h2"), "This browser cannot play the stream");
+});

@@ -50,13 +50,13 @@ export class Stage {
   #order = new Uint32Array(0);
   #drawRequest = 0;
 
-  constructor(canvas: HTMLCanvasElement, sorter: Worker, events: StageEvents) {
+  constructor(canvas: HTMLCanvasElement, startSorter: () => Worker, events: StageEvents) {
     this.#canvas = canvas;
     this.#gl = openContext(canvas);
-    this.#sorter = sorter;
+    this.#sorter = startSorter(); // after the context, without which the worker would never be terminated
     this.#events = events;
     const { signal } = this.#abortController;
-    sorter.addEventListener("message", ({ data }) => this.#handleSortReply(data as SortReply), { signal });
+    this.#sorter.addEventListener("message", ({ data }) => this.#handleSortReply(data as SortReply), { signal });
     canvas.addEventListener("webglcontextlost", (event) => this.#handleContextLost(event), { signal });
     canvas.addEventListener("webglcontextrestored", () => this.#handleContextRestored(), { signal });
     this.#resizeObserver = new ResizeObserver(() => this.#requestDrawing());
