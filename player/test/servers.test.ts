@@ -65,6 +65,12 @@ browserTest("a truncated stream plays up to its end, and is reported as truncate
   await page.waitUntil((player) => (player.frame ?? -1) >= 0);
 });
 
+browserTest("an empty file is rejected as truncated", async () => {
+  await using page = await PlayerPage.open({ stream: new Uint8Array(0), expectedErrors: /416/ });
+  const fault = await page.run(nextFault);
+  assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "truncated"]);
+});
+
 browserTest("a file that is not a stream is rejected with bad-magic", async () => {
   await using page = await PlayerPage.open({ stream: new TextEncoder().encode("<!doctype html>") });
   const fault = await page.run(nextFault);

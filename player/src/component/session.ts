@@ -144,7 +144,7 @@ export class Session {
     loadingPanel.hidden = false;
     loadingText.textContent = describeLoading(bytes, byteLength);
     if (byteLength === null) progress.removeAttribute("value");
-    else progress.value = bytes / byteLength;
+    else progress.value = bytes / Math.max(1, byteLength);
   }
 
   #hideLoading(): void {
