@@ -39,6 +39,17 @@ browserTest("keys play, step, loop, choose a camera, change the speed and flip",
   await page.waitUntil((player) => player.frame === 23);
 });
 
+browserTest("keys change a speed that is not in the list to the next speed of the list", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  await page.page.locator("quarc-player canvas.view").focus();
+  for (const [speed, key, expectedSpeed] of [["3", ">", 4], ["3", "<", 2], ["8", ">", 8], ["8", "<", 4], ["0.1", "<", 0.1]] as const) {
+    await page.run((player, text) => player.setAttribute("speed", text), speed);
+    await page.page.keyboard.press(key);
+    assert.equal(await page.run(({ player }) => player?.speed), expectedSpeed, `${key} at ${speed}`);
+  }
+});
+
 browserTest("dragging, the wheel and arrow keys move the view, and the list returns to a camera", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

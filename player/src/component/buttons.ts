@@ -94,8 +94,7 @@ function chooseCamera(session: Session, index: number): void {
   if (camera !== undefined) session.player.camera = camera.name;
 }
 
-function changeSpeed(session: Session, direction: 1 | -1): void {
-  const index = SPEEDS.findIndex((speed) => speed >= session.player.speed);
-  const nextSpeed = SPEEDS[(index < 0 ? SPEEDS.length : index) + direction];
-  if (nextSpeed !== undefined) session.player.speed = nextSpeed;
+function changeSpeed({ player }: Session, direction: 1 | -1): void {
+  const otherSpeeds = SPEEDS.filter((speed) => direction * (speed - player.speed) > 0);
+  player.speed = otherSpeeds.at(direction > 0 ? 0 : -1) ?? player.speed;
 }
