@@ -127,3 +127,17 @@ for (const attributes of ['controls="none"', "hidden"]) {
     await page.run(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
   });
 }
+
+browserTest("full screen can be left in a shadow root, too", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  await page.page.evaluate(() => {
+    const player = document.createElement("quarc-player");
+    player.setAttribute("src", "stream.quarc");
+    document.body.appendChild(document.createElement("div")).attachShadow({ mode: "open" }).append(player);
+  });
+  await page.page.locator("quarc-player canvas.view").focus();
+  await page.page.keyboard.press("f");
+  await page.page.waitForFunction("document.fullscreenElement !== null");
+  await page.page.keyboard.press("f");
+  await page.page.waitForFunction("document.fullscreenElement === null");
+});

@@ -64,7 +64,7 @@ export class Session {
   }
 
   toggleFullscreen(): void {
-    const isFullscreen = document.fullscreenElement === this.#host;
+    const isFullscreen = this.#host.matches(":fullscreen"); // also inside another shadow root
     // If a page in an iframe has no permission for full screen, nothing happens.
     void (isFullscreen ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
   }
