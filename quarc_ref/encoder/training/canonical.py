@@ -145,7 +145,7 @@ class _Training:
         gaussian_arrays = {**self._trainer.state(), **self._statistics.state()}
         settings = self._objective.settings
         bounds = CheckpointBounds(
-            gaussians=max(settings.max_gaussians, self._trainer.count),
+            gaussians=settings.max_gaussians,
             views=self._context.view_count,
             iterations=settings.iterations,
         )
@@ -204,12 +204,13 @@ def initialize_from_points(
 ) -> Attributes:
     """Create a Gaussian for every initial point.
 
-    If there are more than `settings.initial_gaussians` points, a random subset of this size is
-    used. The scale of a Gaussian is the root mean square distance of its point to the three
-    nearest other points, as in 3DGS.
+    If there are more than `settings.initial_gaussians` or `settings.max_gaussians` points, a random
+    subset of the smaller size is used. The scale of a Gaussian is the root mean square distance of
+    its point to the three nearest other points, as in 3DGS.
     """
-    count = min(points.positions.shape[0], settings.initial_gaussians)
-    indices = torch.randperm(points.positions.shape[0], generator=generator)[:count].numpy()
+    point_count = points.positions.shape[0]
+    count = min(point_count, settings.initial_gaussians, settings.max_gaussians)
+    indices = torch.randperm(point_count, generator=generator)[:count].numpy()
     positions = points.positions[indices].astype(np.float64)
     log_scales = np.log(_measure_spacing(positions))
     colors = points.colors[indices] / 255

@@ -46,10 +46,13 @@ def test_a_gaussian_has_the_color_of_its_point():
     assert torch.allclose(color, torch.tensor([1.0, 0.0, 128 / 255]), atol=1e-6)
 
 
-def test_too_many_points_are_subsampled():
+@pytest.mark.parametrize(
+    "settings", [{"initial_gaussians": 20}, {"initial_gaussians": 30, "max_gaussians": 20}]
+)
+def test_too_many_points_are_subsampled(settings):
     points = make_capture().points
 
-    attributes = _initialize(points, initial_gaussians=20)
+    attributes = _initialize(points, **settings)
 
     assert attributes.means.shape == (20, 3)
     rows = {tuple(row) for row in points.positions.tolist()}
