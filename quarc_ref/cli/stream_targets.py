@@ -105,6 +105,16 @@ def _report_kept_files(path: Path) -> Iterator[None]:
         raise KeyboardInterrupt(message) from error
 
 
+def reject_stream_path(path: Path, target: Path) -> None:
+    """Raise UsageError if a log would overwrite a file of an encode to `target`."""
+    part_path = _get_part_path(target)
+    stream_paths = (target, part_path)
+    encode_paths = (*stream_paths, *map(_get_checkpoint_path, stream_paths))
+    if path.resolve() in (encode_path.resolve() for encode_path in encode_paths):
+        message = f"--log-json {path} is a file of the encode to {target}: choose another file"
+        raise UsageError(message)
+
+
 def _choose_new_path(target: Path, *, live: bool) -> Path:
     return target if live else _get_part_path(target)
 

@@ -168,6 +168,17 @@ def test_a_bad_option_is_a_usage_error_and_writes_nothing(options, message, capt
     assert list_names(tmp_path) == []
 
 
+@pytest.mark.parametrize("suffix", ["", ".part", ".part.training", ".training"])
+def test_a_log_does_not_overwrite_a_file_of_the_encode(suffix, capture, tmp_path):
+    log = tmp_path / "folder" / ".." / f"a.quarc{suffix}"
+    (tmp_path / "folder").mkdir()
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", "--log-json", log, "--force")
+
+    assert result.exit_code == 2
+    assert "is a file of the encode to" in result.stderr
+    assert list_names(tmp_path) == ["folder"]
+
+
 @pytest.fixture
 def capture_of_uneven_length(capture, tmp_path):
     """A copy of the capture in which the video of one camera is a frame shorter."""

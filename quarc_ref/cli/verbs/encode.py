@@ -52,6 +52,7 @@ from quarc_ref.cli.options import (
     Settings,
 )
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
+from quarc_ref.cli.stream_targets import reject_stream_path
 from quarc_ref.cli.verbs.stream import describe_stream
 
 if TYPE_CHECKING:
@@ -101,6 +102,8 @@ def encode(
             log_paths = {"--log-json": log_json, "--tensorboard": tensorboard}
             is_log_given = {option: path is not None for option, path in log_paths.items()}
             reject_conflicts("--segments", {"--live": live, **is_log_given})
+        if log_json is not None:
+            reject_stream_path(log_json, output)
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         setting_values = {
             "canonical.keyframe_interval": keyframe_interval,
