@@ -178,7 +178,8 @@ class _Encoding:
         config = self._limit_births(moved_frame.state)
         births = fit_births(context, moved_frame.state, motion.statistics, config, cost)
         kind = self._commit(moved_frame, births)
-        self._report_frame(kind, births.newborn.count if births else 0, death_count)
+        all_deaths = moved_frame.previous.scene.count - moved_frame.state.scene.count
+        self._report_frame(kind, births.newborn.count if births else 0, all_deaths)
         context.views.drop_frames_before(frame)
         self.next_frame = frame + 1
 

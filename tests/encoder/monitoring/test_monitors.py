@@ -1,7 +1,10 @@
 import io
+from dataclasses import replace
 
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.monitoring.monitor import MonitorGroup
+from quarc_ref.encoder.settings.frames import UpdateSettings
+from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.encoder.toys import SMALL, make_capture
 
 
@@ -25,10 +28,10 @@ class _RecordingMonitor:
         self.ends += 1
 
 
-def _encode(monitor=None):
+def _encode(monitor=None, config=SMALL):
     sink = io.BytesIO()
     options = {} if monitor is None else {"monitor": monitor}
-    encode(make_capture(3), sink, EncodeOptions(SMALL, 3, "cpu", **options))
+    encode(make_capture(3), sink, EncodeOptions(config, 3, "cpu", **options))
     return sink.getvalue()
 
 
@@ -49,3 +52,15 @@ def test_monitors_are_called_for_every_event_and_change_no_byte():
     assert all(0 < psnr < 100 and loss > 0 for *_, loss, psnr in first.steps)
     canonical = [step for stage, _, step, *_ in first.steps if stage == "canonical"]
     assert canonical == list(range(1, SMALL.canonical.iterations + 1))
+
+
+def test_monitors_receive_all_deaths_including_those_by_updates():
+    stream = replace(SMALL.stream, updates=True)
+    updates = UpdateSettings(lr=0.9, rd_lambda=0.0, min_gain=0.0, death_opacity=0.4)
+    monitor = _RecordingMonitor()
+
+    data = _encode(monitor, replace(SMALL, stream=stream, updates=updates))
+
+    deaths = [frame.deaths for frame in inspect_stream(data).frames]
+    assert [frame.deaths for frame in monitor.frames] == deaths
+    assert sum(deaths) > sum(frame.births for frame in monitor.frames)
