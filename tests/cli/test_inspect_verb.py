@@ -5,6 +5,7 @@ import pytest
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format import container
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import run, run_json
 from tests.small_streams import make_stream, rebuild_stream
@@ -61,6 +62,18 @@ def test_every_frame_has_its_figures(file):
         assert sum(frame["bytes"][kind] for frame in frames) == json_output["bytes"][kind]
         estimate = sum(frame["estimate_bytes"][kind] for frame in frames)
         assert estimate == pytest.approx(json_output["estimate_bytes"][kind], abs=1)
+
+
+def test_estimates_of_snapshots_and_updates_match_the_schema(tmp_path):
+    header = StreamHeader(seed=3, updates=True, snapshots=True)
+    data, _ = make_stream(header, 40, frame_count=6, snapshot_every=3)
+    (tmp_path / "a.quarc").write_bytes(data)
+
+    json_output = run_json("inspect", tmp_path / "a.quarc")
+
+    for kind in ("snapshots", "updates"):
+        sizes = [frame["estimate_bytes"][kind] for frame in json_output["per_frame"]]
+        assert any(size % 1 for size in sizes)  # schemas allow more than integers
 
 
 def test_the_symbols_are_those_of_the_stream_by_magnitude(file):
