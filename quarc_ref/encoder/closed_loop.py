@@ -115,13 +115,15 @@ class ClosedLoop:
         """Return the size of the births section in bytes; see `FrameCoder.count_birth_bytes`."""
         return self._coder.count_birth_bytes(moved_frame, births)
 
-    def commit_canonical(self, gaussians: Gaussians, frame: int) -> FrameState:
+    def commit_canonical(
+        self, gaussians: Gaussians, frame: int, origin: Int64 | None = None
+    ) -> FrameState:
         """Write a canonical frame; see `FrameCoder.code_canonical`.
 
         Returns:
             The decoder's state of the frame.
         """
-        return self._commit(self._coder.code_canonical(gaussians, frame))
+        return self._commit(self._coder.code_canonical(gaussians, frame, origin))
 
     def commit_frame(self, moved_frame: MovedFrame, births: Births | None) -> FrameState:
         """Write a frame with its births as a FRAM chunk.

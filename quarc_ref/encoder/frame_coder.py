@@ -97,24 +97,28 @@ class FrameCoder:
         self._engine = engine
         self._header = header
 
-    def code_canonical(self, gaussians: Gaussians, frame: int) -> CodedFrame:
+    def code_canonical(
+        self, gaussians: Gaussians, frame: int, origin: Int64 | None = None
+    ) -> CodedFrame:
         """Code a canonical frame (SPEC 5.4).
 
         Args:
             gaussians: Gaussians on the grid of canonical frames, in any order.
             frame: Index of the frame in the stream.
+            origin: `[3]` lower corner of the frame's box, on which the order of the Gaussians
+                depends; None for the smallest box.
 
         Raises:
             StateError: A Gaussian is out of the format's range.
         """
-        origin, axis_bits, sorted_gaussians = sort_canonical(gaussians)
+        corner, axis_bits, sorted_gaussians = sort_canonical(gaussians, origin)
         state = self._engine.begin_canonical(self._header, frame, sorted_gaussians)
         chunk = CanonicalChunk(
             frame,
             sorted_gaussians.count,
-            origin,
+            corner,
             axis_bits,
-            self._engine.write_canonical(sorted_gaussians, origin),
+            self._engine.write_canonical(sorted_gaussians, corner),
             self._engine.state_crc(state),
         )
         return CodedFrame(container.CANO, wire.build_canonical(chunk), state)

@@ -132,10 +132,11 @@ class _RecoloringWriter:
 
     def add_canonical(self, chunk: Chunk, frame: int) -> None:
         """Write a canonical frame or a snapshot of the input as a canonical frame."""
+        origin = None
         if chunk.kind == container.CANO:
-            gaussians = read_checked_canonical(
-                self._input_header, wire.parse_canonical(chunk.payload)
-            )
+            canonical = wire.parse_canonical(chunk.payload)
+            gaussians = read_checked_canonical(self._input_header, canonical)
+            origin = np.array(canonical.origin)  # the order of the Gaussians depends on it
         else:
             snapshot = wire.parse_snapshot(chunk.payload)
             reference = self._decoder.reference
@@ -143,7 +144,7 @@ class _RecoloringWriter:
                 self._input_header, snapshot, _require_reference(reference).gaussians
             ).gaussians
         try:
-            self._loop.commit_canonical(self._shift_colors(gaussians), frame)
+            self._loop.commit_canonical(self._shift_colors(gaussians), frame, origin)
         except StateError as error:
             raise EncodeError(str(error)) from error
         self._frame_count += 1

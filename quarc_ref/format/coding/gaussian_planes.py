@@ -38,29 +38,35 @@ from quarc_ref.format.records import (
 )
 
 
-def order_canonical(positions: Int64) -> Int64:
+def order_canonical(positions: Int64, origin: Int64 | None = None) -> Int64:
     """Return the `[n]` indices of Gaussians in the Morton order of a canonical frame.
 
     Args:
-        positions: `[3, n]` positions in steps, whose range is below 2^20 on each axis.
+        positions: `[3, n]` positions in steps.
+        origin: `[3]` lower corner of the frame's box, from which positions are below 2^20 on each
+            axis; None for the smallest box.
     """
-    offsets = positions - positions.min(axis=1)[:, None]
+    offsets = positions - (positions.min(axis=1) if origin is None else origin)[:, None]
     return np.argsort(interleave(offsets), kind="stable")
 
 
-def sort_canonical(gaussians: Gaussians) -> tuple[tuple[int, int, int], int, Gaussians]:
+def sort_canonical(
+    gaussians: Gaussians, origin: Int64 | None = None
+) -> tuple[tuple[int, int, int], int, Gaussians]:
     """Return the origin and axis bits of a canonical frame, and its Gaussians in Morton order.
 
     Args:
-        gaussians: Gaussians in any order; the range of positions is below 2^20 steps per axis.
+        gaussians: Gaussians in any order.
+        origin: See `order_canonical`.
     """
-    origin = gaussians.positions.min(axis=1)
-    order = order_canonical(gaussians.positions)
+    if origin is None:
+        origin = gaussians.positions.min(axis=1)
+    order = order_canonical(gaussians.positions, origin)
     ordered = Gaussians(
         gaussians.positions[:, order], gaussians.rotations[:, order], gaussians.codes[:, order]
     )
     x, y, z = origin.tolist()
-    widest_range = int(np.ptp(gaussians.positions, axis=1).max())
+    widest_range = int((gaussians.positions - origin[:, None]).max())
     return (x, y, z), widest_range.bit_length(), ordered
 
 

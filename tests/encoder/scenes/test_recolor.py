@@ -1,6 +1,7 @@
 """Recoloring changes only SH steps and the codes of SH DC."""
 
 import io
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from quarc_ref.streams.source import BytesSource
 from tests.small_streams import make_stream
 
 _BASE = 0.28209479177387814
+_STREAMS = Path(__file__).parents[3] / "conformance" / "streams"
 
 
 def recolor_stream(data, recoloring):
@@ -42,6 +44,16 @@ def test_everything_but_the_base_colors_is_unchanged(updates, canonical_every):
             differences[SH_DC], np.broadcast_to(code_offsets[:, None], differences[SH_DC].shape)
         )
         assert not np.any(np.delete(differences, np.r_[SH_DC], axis=0))
+
+
+@pytest.mark.parametrize("name", ["roomy-box", "snapshots-roomy-box"])
+def test_gaussians_in_a_box_that_is_not_the_smallest_keep_their_order(name):
+    data = (_STREAMS / f"{name}.quarc").read_bytes()
+    recolored_data = recolor_stream(data, Recoloring(offset=(0.1, 0.0, -0.2)))
+
+    for original, recolored in zip(decode(data), decode(recolored_data), strict=True):
+        assert np.array_equal(original.positions, recolored.positions)
+        assert np.array_equal(original.rotations, recolored.rotations)
 
 
 def test_a_gain_multiplies_the_visible_color():
