@@ -50,11 +50,7 @@ def find_motion_faults(
     changes = [recording.changes for recording in recordings]
     if not len(changes[0]):  # a single frame has no motion
         return
-    mean_changes = np.array(
-        [np.median(camera_changes.mean(axis=(1, 2))) for camera_changes in changes]
-    )
-    median_change = float(np.median(mean_changes))
-    is_frozen = (mean_changes < _MAX_FROZEN_CHANGE * median_change) & (median_change > _MIN_MOTION)
+    is_frozen = _are_frozen(recordings)
     yield from _find_frozen(names, is_frozen)
     moving_cameras = np.flatnonzero(~is_frozen).tolist()
     yield from _find_repeats(
@@ -66,6 +62,23 @@ def find_motion_faults(
             [changes[i] for i in moving_cameras],
             [recordings[i].block_size for i in moving_cameras],
         )
+
+
+def _are_frozen(recordings: Sequence[Recording]) -> NDArray[np.bool_]:
+    """Return, for each camera, whether its readable frames never change."""
+    known_changes = [
+        recording.changes.mean(axis=(1, 2))[recording.is_change_known] for recording in recordings
+    ]
+    # A camera without known changes counts as moving, because it may be.
+    mean_changes = np.array(
+        [np.median(changes) if changes.size else np.inf for changes in known_changes]
+    )
+    known_means = mean_changes[np.isfinite(mean_changes)]
+    median_change = float(np.median(known_means)) if known_means.size else 0.0
+    is_frozen: NDArray[np.bool_] = (mean_changes < _MAX_FROZEN_CHANGE * median_change) & (
+        median_change > _MIN_MOTION
+    )
+    return is_frozen
 
 
 def _find_frozen(names: Sequence[str], is_frozen: NDArray[np.bool_]) -> Iterator[Finding]:
@@ -85,12 +98,10 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
     relative_changes = mean_changes / np.maximum(median_changes, 1e-9)
     for index, name in enumerate(names):
         change_of_others = np.median(np.delete(relative_changes, index, axis=0), axis=0)
-        is_frame_readable = recordings[index].is_readable
-        is_pair_readable = is_frame_readable[1:] & is_frame_readable[:-1]
         is_repeated = (
             (relative_changes[index] < _MAX_REPEATED_CHANGE)
             & (change_of_others > _MIN_CHANGE_OF_OTHERS)
-            & is_pair_readable
+            & recordings[index].is_change_known
         )
         repeated_frames = np.flatnonzero(is_repeated) + 1
         if repeated_frames.size >= _MIN_REPEATS:

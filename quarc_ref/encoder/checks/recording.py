@@ -34,12 +34,20 @@ class Recording:
     read_errors: dict[int, str]
 
     @property
+    def is_change_known(self) -> NDArray[np.bool_]:
+        """`[T - 1]` whether both frames of a change could be read."""
+        return self.is_readable[1:] & self.is_readable[:-1]
+
+    @property
     def changes(self) -> NDArray[np.float32]:
-        """The `[T - 1, rows, columns]` absolute differences of consecutive frames, 0 to 255."""
+        """The `[T - 1, rows, columns]` absolute differences of consecutive frames, 0 to 255.
+
+        Unknown changes are 0.
+        """
         differences = np.abs(np.diff(self.gray_pictures.astype(np.float32), axis=0)) / np.float32(
             _GRAY_SCALE
         )
-        differences[~(self.is_readable[1:] & self.is_readable[:-1])] = 0
+        differences[~self.is_change_known] = 0
         return differences.astype(np.float32, copy=False)
 
 

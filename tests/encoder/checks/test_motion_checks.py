@@ -1,0 +1,45 @@
+import numpy as np
+import pytest
+
+from quarc_ref.encoder.checks.motion_checks import find_motion_faults
+from quarc_ref.encoder.checks.recording import Recording
+from tests.encoder.toys import make_cameras
+
+_FRAME_COUNT = 5
+
+
+def _make_recording(seed: int, unreadable_frames=(), *, is_frozen: bool = False) -> Recording:
+    """Return a recording of noise, or of a single picture."""
+    rng = np.random.default_rng(seed)
+    pictures = rng.integers(0, 255 * 128, (_FRAME_COUNT, 6, 8)).astype(np.uint16)
+    if is_frozen:
+        pictures[:] = pictures[0]
+    pictures[list(unreadable_frames)] = 0
+    is_readable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
+    return Recording(1, pictures, is_readable, dict.fromkeys(unreadable_frames, "damaged"))
+
+
+@pytest.mark.parametrize("unreadable_frames", [(), (1, 3), (0, 1, 2, 3, 4)])
+def test_a_camera_with_unreadable_frames_is_not_frozen(unreadable_frames):
+    recordings = [_make_recording(0), _make_recording(1, unreadable_frames), _make_recording(2)]
+
+    assert list(find_motion_faults(make_cameras(3), recordings)) == []
+
+
+def test_the_only_readable_camera_is_not_frozen():
+    unreadable = _make_recording(1, range(_FRAME_COUNT))
+
+    recordings = [_make_recording(0), unreadable, unreadable]
+    assert list(find_motion_faults(make_cameras(3), recordings)) == []
+
+
+@pytest.mark.parametrize("unreadable_frames", [(), (1,)])
+def test_a_frozen_camera_is_found(unreadable_frames):
+    frozen = _make_recording(1, unreadable_frames, is_frozen=True)
+    recordings = [_make_recording(0), frozen, _make_recording(2)]
+
+    findings = list(find_motion_faults(make_cameras(3), recordings))
+
+    assert [(finding.kind, finding.cameras) for finding in findings] == [
+        ("frozen-camera", ("cam01",))
+    ]
