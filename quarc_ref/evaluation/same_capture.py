@@ -56,7 +56,7 @@ def open_same_capture(
         missing_items = "frames" if held_out_names else "held-out cameras"
         message = f"the stream has no {missing_items}, so there is nothing to measure"
         raise MismatchError(message)
-    start_frame = _read_start_frame(summary)
+    start_frame = read_start_frame(summary)
     full_size_capture = open_capture(folder, CaptureOptions(start=start_frame))
     _require_equal("cameras", _list_names(full_size_capture.cameras), _list_names(summary.cameras))
     downscale = max(1, round(full_size_capture.cameras[0].width / summary.cameras[0].width))
@@ -78,7 +78,7 @@ def open_same_capture(
     return capture
 
 
-def _read_start_frame(summary: StreamSummary) -> int:
+def read_start_frame(summary: StreamSummary) -> int:
     """Return the frame number in the capture that corresponds to frame 0 of the stream.
 
     Raises:

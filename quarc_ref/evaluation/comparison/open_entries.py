@@ -1,7 +1,7 @@
 """Opens the entries named on the command line, streams first, because they define the cameras."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from quarc_ref.datasets.capture import Capture
@@ -11,7 +11,7 @@ from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Label
 from quarc_ref.evaluation.comparison.gaussian_files import open_fourdgs, open_plys
 from quarc_ref.evaluation.comparison.renders import open_renders
 from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
-from quarc_ref.evaluation.same_capture import open_same_capture
+from quarc_ref.evaluation.same_capture import open_same_capture, read_start_frame
 from quarc_ref.format.cameras import Camera
 
 _FOURDGS_SUFFIX, _PLY_SUFFIX = ".4dgs", ".ply"
@@ -40,7 +40,8 @@ class ComparisonOptions:
     Attributes:
         capture: Folder of the capture whose pictures are the ground truth; None to use the
             renderings of the first entry.
-        cameras: Names of the cameras to compare on; empty for the held-out cameras.
+        cameras: Names of the cameras to compare on; empty for the cameras that are held out of all
+            streams or, without a capture, of the first stream.
         downscale: Factor by which the capture's pictures are downscaled; ignored if a stream
             determines the size.
         accept_other_capture: Whether to accept streams that were encoded from another capture.
@@ -96,9 +97,11 @@ def open_entries(
         for index, source in enumerate(sources)
         if _is_stream(source.path)
     }
+    _require_equal_starts(list(streams.values()))
     capture = _open_capture(list(streams.values()), options)
     available_cameras = _list_cameras(list(streams.values()), capture)
-    cameras = _choose_cameras(available_cameras, options.cameras)
+    needs_held_out = capture is not None and bool(streams)
+    cameras = _choose_cameras(available_cameras, options.cameras, needs_held_out=needs_held_out)
     frames_per_second = _find_frame_rate(list(streams.values()), capture)
     entries: list[Entry] = []
     for index, source in enumerate(sources):
@@ -149,34 +152,70 @@ def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> 
     return captures[0]
 
 
+def _require_equal_starts(streams: Sequence[OpenStream]) -> None:
+    """Raise EntryError if the frames 0 of two streams are different frames of the capture."""
+    starts = [read_start_frame(stream.summary) for stream in streams]
+    for stream, start in zip(streams, starts, strict=True):
+        if start != starts[0]:
+            message = (
+                f"{streams[0].entry.label} begins at frame {starts[0]} of the capture, and "
+                f"{stream.entry.label} at frame {start}"
+            )
+            raise EntryError(message)
+
+
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
-    """Return the cameras that the streams share; if there are no streams, those of the capture."""
+    """Return the cameras that the streams share; if there are no streams, those of the capture.
+
+    With a capture, only cameras on which no stream was trained are held out in the result.
+    """
     if not streams:
         if capture is None:
             message = "no entry is a stream, so --capture is needed to define the cameras"
             raise EntryError(message)
         return list(capture.cameras)
-    first_stream, *other_streams = streams
-    for other_stream in other_streams:
-        for camera, other_camera in zip(
-            first_stream.summary.cameras, other_stream.summary.cameras, strict=False
+    for other_stream in streams[1:]:
+        _require_equal_cameras(streams[0], other_stream)
+    cameras = streams[0].summary.cameras
+    if capture is None:
+        return list(cameras)
+    training_names = {
+        camera.name
+        for stream in streams
+        for camera in stream.summary.cameras
+        if not camera.held_out
+    }
+    return [replace(camera, held_out=camera.name not in training_names) for camera in cameras]
+
+
+def _require_equal_cameras(first_stream: OpenStream, other_stream: OpenStream) -> None:
+    """Raise EntryError if the cameras of two streams have different names or picture sizes."""
+    for camera, other_camera in zip(
+        first_stream.summary.cameras, other_stream.summary.cameras, strict=False
+    ):
+        if (camera.name, camera.width, camera.height) != (
+            other_camera.name,
+            other_camera.width,
+            other_camera.height,
         ):
-            if (camera.name, camera.width, camera.height) != (
-                other_camera.name,
-                other_camera.width,
-                other_camera.height,
-            ):
-                message = (
-                    f"{first_stream.entry.label} and {other_stream.entry.label} have different "
-                    "cameras: "
-                    f"{camera.name} ({camera.width} x {camera.height}) and "
-                    f"{other_camera.name} ({other_camera.width} x {other_camera.height})"
-                )
-                raise EntryError(message)
-    return list(first_stream.summary.cameras)
+            message = (
+                f"{first_stream.entry.label} and {other_stream.entry.label} have different "
+                "cameras: "
+                f"{camera.name} ({camera.width} x {camera.height}) and "
+                f"{other_camera.name} ({other_camera.width} x {other_camera.height})"
+            )
+            raise EntryError(message)
 
 
-def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -> dict[str, Camera]:
+def _choose_cameras(
+    available_cameras: Sequence[Camera], names: Sequence[str], *, needs_held_out: bool
+) -> dict[str, Camera]:
+    """Return the cameras with these names; without names, the held-out cameras or all cameras.
+
+    Raises:
+        EntryError: A name is unknown, there are no cameras, or no camera is held out although
+            `needs_held_out` is set and there are no names.
+    """
     camera_by_name = {camera.name: camera for camera in available_cameras}
     unknown_names = [name for name in names if name not in camera_by_name]
     if unknown_names:
@@ -185,6 +224,9 @@ def _choose_cameras(available_cameras: Sequence[Camera], names: Sequence[str]) -
         )
         raise EntryError(message)
     held_out_names = [camera.name for camera in available_cameras if camera.held_out]
+    if needs_held_out and not (names or held_out_names):
+        message = "no camera is held out of all streams: choose cameras with --camera"
+        raise EntryError(message)
     chosen_names = list(names) or held_out_names or list(camera_by_name)
     if not chosen_names:
         message = "the streams have no cameras on which to compare them"

@@ -1,4 +1,5 @@
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
+from tests.evaluation.capture_streams import write_stream
 from tests.evaluation.conftest import ignore_progress
 
 
@@ -236,3 +238,35 @@ def test_a_file_that_is_not_fourdgs_is_rejected_by_name(method_outputs, compare,
         compare(
             method_outputs.folder / "a.quarc", tmp_path / "a.4dgs", capture=method_outputs.capture
         )
+
+
+@pytest.mark.parametrize("with_capture", [True, False])
+def test_streams_that_start_at_different_frames_are_rejected(
+    with_capture, method_outputs, compare, tmp_path
+):
+    capture = method_outputs.capture if with_capture else None
+    later_path = tmp_path / "later.quarc"
+    later_path.write_bytes(write_stream(method_outputs.cameras, 2, {"start": "2"}))
+
+    with pytest.raises(EntryError, match=r"a begins at frame 0 .* later at frame 2"):
+        compare(method_outputs.folder / "a.quarc", later_path, capture=capture)
+
+
+def test_streams_are_compared_on_cameras_that_none_was_trained_on(
+    method_outputs, compare, tmp_path
+):
+    other_paths = [tmp_path / "b.quarc", tmp_path / "c.quarc"]
+    for path, held_out_names in zip(other_paths, [("cam04", "cam03"), ("cam03",)], strict=True):
+        cameras = [
+            replace(camera, held_out=camera.name in held_out_names)
+            for camera in method_outputs.cameras
+        ]
+        path.write_bytes(write_stream(cameras, 4))
+    paths = [method_outputs.folder / "a.quarc", *other_paths]
+    capture = method_outputs.capture
+
+    assert compare(*paths[:2], capture=capture).cameras == ("cam04",)
+    with pytest.raises(EntryError, match="no camera is held out of all streams"):
+        compare(*paths, capture=capture)
+    assert compare(*paths, capture=capture, cameras=("cam03",)).cameras == ("cam03",)
+    assert compare(*paths).cameras == compare(paths[0], paths[0]).cameras
