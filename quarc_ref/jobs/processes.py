@@ -64,7 +64,7 @@ def _collect_ended_processes(
         index, process = running_processes.pop(pipe)
         try:
             outcome = pipe.recv()
-        except EOFError:
+        except (EOFError, OSError):  # the process was killed before or while it sent its outcome
             outcome = None
         _join_or_kill(process)
         yield (

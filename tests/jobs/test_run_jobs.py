@@ -57,9 +57,10 @@ def test_failed_jobs_are_named_when_all_others_are_done():
     assert len(reports) == 3
 
 
-def test_a_crashed_process_fails_only_its_own_job():
+@pytest.mark.parametrize("function", [works.kill_self_if_odd, works.die_while_sending_if_odd])
+def test_a_crashed_process_fails_only_its_own_job(function):
     with pytest.raises(JobsError) as error_info:
-        run_jobs(works.kill_self_if_odd, _make_jobs(1, 2), WorkerPool())
+        run_jobs(function, _make_jobs(1, 2), WorkerPool())
 
     assert error_info.value.messages == {"job 1": "the process ended with exit code -9"}
 

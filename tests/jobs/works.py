@@ -3,6 +3,7 @@
 import os
 import signal
 import time
+from multiprocessing.connection import Connection
 from pathlib import Path
 
 
@@ -38,6 +39,18 @@ def kill_self_if_odd(number):
     """Die like a process killed for lack of memory."""
     if number % 2:
         os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def die_while_sending_if_odd(number):
+    """Die after the first bytes of the result have been sent."""
+
+    def send_a_part(connection, message, *_):
+        os.write(connection.fileno(), bytes(message[:9]))
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    if number % 2:
+        Connection._send = send_a_part
     return number
 
 
