@@ -78,6 +78,7 @@ def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
     Raises:
         HeldOutError: A camera to hold out does not exist.
         StartError: The requested first frame is after the last frame of the capture.
+        TooFewFramesError: The capture has fewer frames than requested.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
     options, machine = options or ExamineOptions(), measure_free_resources()
@@ -89,6 +90,7 @@ def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
         raise
     except CaptureError as error:
         return Diagnosis(layout, None, None, machine, (_to_finding(error),))
+    capture.require_frames(options.capture_options.max_frames)
     findings = [*capture.findings]
     try:
         findings += check_capture(capture)

@@ -62,6 +62,13 @@ def test_an_unknown_held_out_camera_is_a_usage_error(capture):
     assert "--held-out: cannot hold out camera cam99" in result.stderr
 
 
+def test_more_frames_than_the_capture_has_are_a_usage_error(capture):
+    result = run("doctor", capture, "--frames", 3, "--start", 1)
+
+    assert result.exit_code == 2
+    assert "--frames 3: 3 frames are requested, but capture plane has 2" in result.stderr
+
+
 def test_masks_have_their_own_findings(capture, tmp_path):
     folder = shutil.copytree(capture, tmp_path / "plane")
     (folder / "masks").mkdir()

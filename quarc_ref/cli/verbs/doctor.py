@@ -79,7 +79,7 @@ def doctor(
 
 def _examine(folder: Path, options: "ExamineOptions") -> "Diagnosis":
     from quarc_ref.datasets.calibration import DownscaleError
-    from quarc_ref.datasets.errors import HeldOutError, StartError
+    from quarc_ref.datasets.errors import HeldOutError, StartError, TooFewFramesError
     from quarc_ref.encoder.doctor import examine
 
     try:
@@ -89,6 +89,9 @@ def _examine(folder: Path, options: "ExamineOptions") -> "Diagnosis":
         raise UsageError(message) from error
     except StartError as error:
         message = f"--start {options.capture_options.start}: {error}"
+        raise UsageError(message) from error
+    except TooFewFramesError as error:
+        message = f"--frames {options.capture_options.max_frames}: {error}"
         raise UsageError(message) from error
     except DownscaleError as error:
         message = f"--downscale {options.capture_options.downscale}: {error}"
