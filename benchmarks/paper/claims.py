@@ -1,9 +1,8 @@
 """Compares measurements with what the paper claims about its ablations."""
 
 from collections.abc import Iterator, Mapping
-from statistics import fmean
 
-from rate.claims import Claim
+from rate.claims import Claim, divide, mean
 from studies import Row
 
 _MAX_QUANTIZATION_LOSS_DB = 0.05
@@ -36,7 +35,7 @@ def _list_quantization_claims(rows: list[Row]) -> Iterator[Claim]:
     full_method, all_floats = rows[0], rows[-1]
     psnr_loss = _get_psnr(all_floats) - _get_psnr(full_method)
     yield Claim("PSNR loss caused by quantization, dB", psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
-    size_ratio = full_method["bytes"]["kb_per_frame"] / all_floats["bytes"]["kb_per_frame"]
+    size_ratio = divide(full_method["bytes"]["kb_per_frame"], all_floats["bytes"]["kb_per_frame"])
     yield Claim("KB per frame, full method / all in floats", size_ratio, _MAX_SIZE_RATIO_TO_FLOATS)
     if len(rows) > 2:
         psnr_loss = _get_psnr(rows[1]) - _get_psnr(full_method)
@@ -46,8 +45,7 @@ def _list_quantization_claims(rows: list[Row]) -> Iterator[Claim]:
 
 def _list_gate_claims(rows: list[Row]) -> Iterator[Claim]:
     for with_gate, without_gate in zip(rows[::2], rows[1::2], strict=True):
-        births = [fmean(row["births"][1:]) for row in (with_gate, without_gate)]
-        birth_ratio = births[0] / births[1] if births[1] else None
+        birth_ratio = divide(*(mean(row["births"][1:]) for row in (with_gate, without_gate)))
         label = with_gate["label"]
         name = f"{label}: births with the gate / births without the gate"
         yield Claim(name, birth_ratio, _MAX_GATE_BIRTH_RATIO)
@@ -61,7 +59,7 @@ def _list_step_claims(rows: list[Row]) -> Iterator[Claim]:
     psnr_gain = max(_get_psnr(row) for row in rows[:default_index]) - _get_psnr(default)
     yield Claim("PSNR gain of the best finer step, dB", psnr_gain, _MAX_FINER_STEP_GAIN_DB)
     sizes = [row["bytes"]["motion_kb_per_frame"] for row in rows]
-    size_ratio = sizes[0] / sizes[default_index]
+    size_ratio = divide(sizes[0], sizes[default_index])
     name = "motion bytes, finest step / default step"
     yield Claim(name, size_ratio, _MIN_FINEST_STEP_SIZE_RATIO, is_maximum=False)
     psnr_loss = _get_psnr(default) - _get_psnr(rows[-1])

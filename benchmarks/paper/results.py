@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from statistics import fmean
 from typing import Any
 
 from atomic_files import write_atomically
@@ -11,6 +10,7 @@ from paper.experiments import Experiment, Point
 from paper.page import Section, compose_page
 from paper.tables import format_markdown, format_study_csv
 from quarc_ref.evaluation.plots import Curve, plot_curves
+from rate.claims import mean
 from rate.tables import format_claims
 from studies import Row
 
@@ -89,7 +89,7 @@ def _plot_experiment(
         }
         if experiment.name == "gradient":
             panels["births per frame"] = _make_axis_curves(
-                completed_points, lambda row: fmean(row["births"][1:])
+                completed_points, lambda row: mean(row["births"][1:])
             )
         return plot_curves(panels, experiment.axis, is_log2=experiment.name in _LOG2_EXPERIMENTS)
     panels = {

@@ -1,3 +1,5 @@
+import pytest
+
 from paper.claims import list_claims
 
 
@@ -52,6 +54,15 @@ def test_a_sweep_has_a_knee_if_finer_steps_gain_nothing_and_coarser_ones_lose():
 
     assert _list_claims("step", *knee_rows) == [(0.05, True), (4, True), (1, True)]
     assert _list_claims("step", *flat_rows) == [(-0.2, True), (1, False), (-0.6, False)]
+
+
+@pytest.mark.parametrize("name", ["quantization", "gate", "gradient", "step", "anchors"])
+def test_sizes_and_births_of_later_frames_are_not_measured_in_a_stream_of_one_frame(name):
+    rows = [_make_row(30.0, kilobytes=0, births=(0,), label=f"{number}") for number in range(4)]
+
+    claims = list_claims({name: {row["label"]: row for row in rows}})
+
+    assert {claim.value for claim in claims} <= {0.0, None}
 
 
 def test_an_incomplete_experiment_makes_no_claims():
