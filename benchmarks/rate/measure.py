@@ -49,6 +49,7 @@ def measure(job: Job, folder: Path) -> MeasuredStream:
     """
     data = encode_if_missing(job, folder)
     summary = inspect_stream(data)
+    open_same_capture(summary, job.capture)  # rejects a different capture, even if PSNR is known
     differences = tuple(list_differences(job, summary.metadata))
     if differences:
         write_status(

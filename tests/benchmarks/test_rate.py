@@ -1,11 +1,13 @@
 """Tests the command `rate.py` on a small capture with existing streams."""
 
 import json
+import shutil
 import sys
 
 import pytest
 
 from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.evaluation.same_capture import MismatchError
 from rate import command
 from tests.datasets import scenes
 from tests.evaluation.capture_streams import write_stream
@@ -69,3 +71,18 @@ def test_quality_of_the_same_bytes_is_measured_once(capture, stream_folder, monk
     monkeypatch.setattr("rate.measure.evaluate_stream", None)
 
     assert _run_rate(monkeypatch, capsys, capture, *options) == first_output
+
+
+def test_a_measured_stream_is_rejected_after_a_change_of_the_capture(
+    capture, stream_folder, tmp_path_factory, monkeypatch, capsys
+):
+    changed_capture = shutil.copytree(capture, tmp_path_factory.mktemp("changed") / "plane")
+    opened = open_capture(changed_capture)
+    data = write_stream(opened.cameras, 4, {"fingerprint": opened.fingerprint})
+    (stream_folder / "plane.main.quarc").write_bytes(data)
+    options = ("--streams", stream_folder, "--preset", "main", "--no-paper")
+    _run_rate(monkeypatch, capsys, changed_capture, *options)
+    shutil.copy(changed_capture / "cam01.mp4", changed_capture / "cam00.mp4")
+
+    with pytest.raises(MismatchError, match="made from another capture"):
+        _run_rate(monkeypatch, capsys, changed_capture, *options)
