@@ -44,6 +44,7 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
         (["--crop", "1,2,3"], "6 numbers"),
         (["--crop", "1,0,0,0,1,1"], "smaller"),
         (["--drop", "a,b,c,d"], "4 numbers"),
+        (["--drop", "0,0,0,-0.5"], "a radius of at least 0"),
         (["--transform", "1,0,0,0"], "12 or 16"),
         (["--transform", "1,0,0,0,0,1,0,0,0,0,-1,0"], "rotation"),
         (["--recolor", "gain=0"], "above 0"),

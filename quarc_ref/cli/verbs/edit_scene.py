@@ -140,6 +140,9 @@ def _parse_edit(
     ):
         message = "--crop takes the corner with the smaller coordinates first"
         raise UsageError(message)
+    if any(radius < 0 for *_, radius in spheres):
+        message = "--drop takes a radius of at least 0"
+        raise UsageError(message)
     requested_edit = Edit(
         boxes, spheres, similarity, _parse_recoloring(recolor) if recolor else None
     )
