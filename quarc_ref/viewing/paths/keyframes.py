@@ -24,7 +24,7 @@ _SCHEMA = "camera-path/1"
 _KEYFRAME_KEYS = {"time", "camera", "position", "target", "up", "fov", "frame"}
 _MAX_BYTES = 1 << 24
 _MAX_PICTURES = 1 << 20
-_MAX_FIELD_OF_VIEW = 179.0  # degrees
+_MIN_FIELD_OF_VIEW, _MAX_FIELD_OF_VIEW = 1e-6, 179.0  # degrees
 _MAX_NUMBER = 1e9
 
 
@@ -202,8 +202,11 @@ def _read_field_of_view(entry: Mapping[str, Any], default: float) -> float:
     if "fov" not in entry:
         return default
     degrees = _read_number(entry, "fov")
-    if not 0 < degrees < _MAX_FIELD_OF_VIEW:
-        message = f"the fov of {degrees} degrees is not between 0 and {_MAX_FIELD_OF_VIEW:.0f}"
+    if not _MIN_FIELD_OF_VIEW <= degrees < _MAX_FIELD_OF_VIEW:
+        message = (
+            f"the fov of {degrees} degrees is not between {_MIN_FIELD_OF_VIEW} and "
+            f"{_MAX_FIELD_OF_VIEW:.0f}"
+        )
         raise PathError(message)
     return math.radians(degrees)
 

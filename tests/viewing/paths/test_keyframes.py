@@ -77,6 +77,7 @@ def test_named_frames_freeze_or_play_at_their_own_rate():
         ([{"time": 0, "position": [0, 0, 1]}], "the target is not"),
         ([{"time": 0, "position": [0, 0, 1], "target": [0, 0, 1]}], "are the same point"),
         ([{"time": 0, "camera": "cam0", "fov": 180}], "the fov of 180.0 degrees"),
+        ([{"time": 0, "camera": "cam0", "fov": 5e-324}], "the fov of 5e-324 degrees"),
         ([{"time": 0, "camera": "cam0", "frame": -1}], "must be a frame number, not -1"),
         ([{"time": 0, "camera": "cam0", "speed": 1}], "may only have the keys"),
         ([{"time": 1, "camera": "cam0"}, {"time": 1, "camera": "cam1"}], "keyframe 1: the time"),
