@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.features import Mask
 from quarc_ref.calibration.recordings import Recordings
 from quarc_ref.datasets.arrangements import list_single_pictures
 from quarc_ref.datasets.errors import MaskNameError, MaskSizeError
-from quarc_ref.datasets.masks import describe_unused_masks
+from quarc_ref.datasets.masks import describe_unused_masks, find_used_pixels
 from quarc_ref.datasets.video import read_still
 
 
@@ -33,7 +31,7 @@ def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:
     if unknown_names:
         raise MaskNameError(describe_unused_masks(folder, unknown_names, recordings.names))
     for name, (path, *_) in paths_by_name.items():
-        masks[name] = np.asarray(read_still(path).any(axis=2))
+        masks[name] = find_used_pixels(read_still(path), path)
         height, width = masks[name].shape
         size = recordings.pictures.sizes[recordings.index(name)]
         if (width, height) != size:

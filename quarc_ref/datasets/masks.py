@@ -16,7 +16,7 @@ from quarc_ref.datasets.arrangements import (
     list_single_pictures,
     list_videos,
 )
-from quarc_ref.datasets.capture import Mask, MaskSource
+from quarc_ref.datasets.capture import Image, Mask, MaskSource
 from quarc_ref.datasets.errors import MaskCountError, MaskNameError, MaskSizeError
 from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
@@ -73,8 +73,7 @@ class FileMasks:
             return None
         picture = source.read(0, frame if source.lengths[0] > 1 else 0)
         path = source.paths[0][min(frame, len(source.paths[0]) - 1)]
-        threshold = 0 if path.suffix.lower() == _LOSSLESS_SUFFIX else _WHITE_THRESHOLD
-        return np.asarray(picture.max(axis=2) > threshold)
+        return find_used_pixels(picture, path)
 
 
 class RectifiedMasks:
@@ -97,6 +96,17 @@ class RectifiedMasks:
         """Read a mask, as described for `MaskSource.read`."""
         mask = self._source.read(camera, self._first_frames[camera] + frame)
         return None if mask is None else self._rectifiers[camera].rectify_mask(mask)
+
+
+def find_used_pixels(picture: Image, path: Path) -> Mask:
+    """Return which pixels a mask selects, `[H, W]`: those that are not black.
+
+    Args:
+        picture: The mask, `[H, W, 3]` sRGB.
+        path: File of the mask. If its compression is lossy, dark gray counts as black.
+    """
+    threshold = 0 if path.suffix.lower() == _LOSSLESS_SUFFIX else _WHITE_THRESHOLD
+    return np.asarray(picture.max(axis=2) > threshold)
 
 
 def find_masks(

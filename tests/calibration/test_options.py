@@ -106,6 +106,16 @@ def test_nothing_is_matched_where_a_mask_is_black(picture_folder, tmp_path):
     assert masked_x.max() < 161 < unmasked_x.max()
 
 
+def test_the_noise_of_a_jpeg_mask_is_black(picture_folder, tmp_path):
+    recordings = find_recordings(picture_folder)
+    name = recordings.names[0]
+    mask = np.zeros((240, 320), np.uint8)
+    mask[:, :155] = 255
+    assert cv2.imwrite(str(tmp_path / f"{name}.jpg"), mask, [cv2.IMWRITE_JPEG_QUALITY, 60])
+
+    assert np.array_equal(read_masks(tmp_path, recordings)[name], mask > 0)
+
+
 @pytest.mark.parametrize(
     ("name", "size", "error", "message"),
     [
