@@ -1,5 +1,7 @@
 from pathlib import Path
 
+import pytest
+
 from quarc_ref.datasets.video import read_still
 from quarc_ref.viewing.page import read_player
 from tests.cli.commands import list_names, run, run_json
@@ -92,11 +94,26 @@ def test_a_stream_without_cameras_has_no_poster(tmp_path):
     assert "poster" not in (tmp_path / "site" / "index.html").read_text("utf-8")
 
 
-def test_an_invalid_url_is_rejected(stream_file, tmp_path):
-    result = run("publish", stream_file, "-o", tmp_path / "site", "--url", "example.org")
+@pytest.mark.parametrize(
+    "url",
+    ["example.org", "ftp://example.org", "http://", "https:///a", "http://[::1", "http://a/?b=1"],
+)
+def test_an_invalid_url_is_rejected(url, stream_file, tmp_path):
+    result = run("publish", stream_file, "-o", tmp_path / "site", "--url", url)
 
     assert result.exit_code == 2
     assert "--url" in result.stderr
+    assert not (tmp_path / "site").exists()
+
+
+def test_special_characters_in_the_name_of_the_folder_are_escaped(
+    stream_file, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)  # so that the printed lines are short
+    result = run("publish", stream_file, "-o", "50% #1?")
+
+    assert '<iframe src="50%25%20%231%3F/"' in result.stdout
+    assert "--directory '50% #1?'" in result.stdout
 
 
 def test_a_folder_is_replaced_only_with_force(stream_file, tmp_path):

@@ -1,8 +1,11 @@
 """The `publish` command: writes a stream as a folder for any web server."""
 
+import os
+import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
+from urllib.parse import quote, urlsplit
 
 import typer
 
@@ -59,7 +62,7 @@ def publish(
         from quarc_ref.viewing.page import PageOptions, build_iframe
         from quarc_ref.viewing.site import write_site
 
-        page_url = _normalize_url(url) if url else f"{output.name}/"
+        page_url = _normalize_url(url) if url else f"{quote(os.fsencode(output.name))}/"
         options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
         with open_source(file) as source, written_folder(output, force=force) as folder:
             poster_camera = choose_initial_camera(read_cameras(source), camera)
@@ -78,12 +81,21 @@ def _normalize_url(url: str) -> str:
     """Return the URL of a folder with a trailing slash, which is added if it is missing.
 
     Raises:
-        UsageError: The URL does not start with http:// or https://.
+        UsageError: The URL is not that of a folder on an http or https server.
     """
-    if not url.startswith(("http://", "https://")):
+    if not _is_folder_url(url):
         message = f"--url takes the URL of a folder, such as https://example.org/site/, not {url}"
         raise UsageError(message)
     return f"{url.rstrip('/')}/"
+
+
+def _is_folder_url(url: str) -> bool:
+    try:
+        parts = urlsplit(url)
+    except ValueError:
+        return False
+    is_on_server = parts.scheme in ("http", "https") and bool(parts.hostname)
+    return is_on_server and not (parts.query or parts.fragment)
 
 
 def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
@@ -125,7 +137,7 @@ def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> 
     rows = {
         "stream": f"{format_count(site.frame_count, 'frame')}, {site.stream_bytes:,} bytes",
         "poster": site.poster_name or "none",
-        "to try it": f"python3 -m http.server --directory {output}",
+        "to try it": f"python3 -m http.server --directory {shlex.quote(str(output))}",
     }
     print_fields(str(output), rows)
     sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # one line, so that it can be copied
