@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
@@ -155,6 +155,19 @@ def require_writable_file(target: Path, *, force: bool) -> None:
     if target.exists() and not target.is_file():
         message = f"{target} is a device or a pipe, not a regular file: give another path"
         raise UsageError(message)
+
+
+def reject_input_folder(target: Path, inputs: Iterable[Path | None]) -> None:
+    """Raise UsageError if an output folder would replace a file or folder that is read.
+
+    Args:
+        target: Path of the output folder.
+        inputs: Paths of the inputs; None for inputs that are not given.
+    """
+    for path in inputs:
+        if path is not None and path.resolve().is_relative_to(target.resolve()):
+            message = f"{target} would replace the input {path}: choose another folder"
+            raise UsageError(message)
 
 
 def _require_folder_path(target: Path) -> None:

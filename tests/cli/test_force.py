@@ -52,6 +52,24 @@ def test_force_deletes_no_file_of_the_user_of_any_name(
     assert "choose another folder" in result.stderr
 
 
+@pytest.mark.parametrize("verb", ["eval", "compare", "calibrate"])
+def test_force_does_not_replace_the_input(verb, encoded_stream, tmp_path):
+    capture = tmp_path / "capture"
+    run("synth", capture, *_TINY_SYNTH, "--cameras", 3)
+    contents_before = {path.name: path.read_bytes() for path in capture.iterdir()}
+    file = encoded_stream.file
+    lines = {
+        "eval": ["eval", file, capture, "--other-capture", "--report", capture],
+        "compare": ["compare", file, file, "--capture", capture, "--report", capture],
+        "calibrate": ["calibrate", capture, "-o", capture],
+    }
+    result = run(*lines[verb], "--force")
+
+    assert {path.name: path.read_bytes() for path in capture.iterdir()} == contents_before
+    assert result.exit_code == 2
+    assert f"{capture} would replace the input {capture}" in result.stderr
+
+
 @pytest.mark.parametrize("option", ["--force", "--resume"])
 def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
     file = tmp_path / "a.quarc"

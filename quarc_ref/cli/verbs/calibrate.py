@@ -15,7 +15,7 @@ from quarc_ref.cli.output import (
     print_json,
     print_message,
 )
-from quarc_ref.cli.targets import written_folder
+from quarc_ref.cli.targets import reject_input_folder, written_folder
 
 if TYPE_CHECKING:
     from quarc_ref.calibration.calibrate import Calibration
@@ -139,6 +139,7 @@ def calibrate(
         restore_sigterm_handler()
         start_time = time.monotonic()
         distance = _parse_distance(meters)
+        reject_input_folder(output, (recordings, intrinsics, masks))
         with (
             TerminalProgress(quiet=quiet) as progress,
             written_folder(output, force=force) as folder,

@@ -21,7 +21,7 @@ from quarc_ref.cli.options import (
 )
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_message
 from quarc_ref.cli.perceptual import load_lpips
-from quarc_ref.cli.targets import written_folder
+from quarc_ref.cli.targets import reject_input_folder, written_folder
 from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
@@ -117,6 +117,8 @@ def compare(
 
         restore_sigterm_handler()
         entry_sources = parse_entries(entries, sizes or [])
+        if report is not None:
+            reject_input_folder(report, (capture, *(entry.path for entry in entry_sources)))
         frame_range = parse_frames(frames)
         lpips_metric = load_lpips(lpips)
         options = ComparisonOptions(capture, tuple(cameras or ()), downscale, other_capture)

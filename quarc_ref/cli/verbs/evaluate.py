@@ -27,7 +27,7 @@ from quarc_ref.cli.output import (
     print_message,
 )
 from quarc_ref.cli.perceptual import load_lpips
-from quarc_ref.cli.targets import written_folder
+from quarc_ref.cli.targets import reject_input_folder, written_folder
 from quarc_ref.cli.verbs.stream import describe_stream
 
 if TYPE_CHECKING:
@@ -59,6 +59,8 @@ def evaluate(
         from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 
         restore_sigterm_handler()
+        if report is not None:
+            reject_input_folder(report, (capture, Path(file)))
         options = EvaluationOptions(parse_frames(frames), load_lpips(lpips), other_capture)
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
