@@ -50,7 +50,7 @@ class RequestFilter:
             )
         if origins and not (len(origins) == 1 and self._is_same_site(origins[0], hosts[0])):
             return "the Origin header names another site"
-        token = path.removeprefix("/").partition("/")[0]
+        token = path.partition("?")[0].removeprefix("/").partition("/")[0]
         if not hmac.compare_digest(token.encode(), self.token.encode()):
             return "the token is wrong; open the URL that quarc-ref view printed"
         return None

@@ -144,8 +144,12 @@ class _Handler(BaseHTTPRequestHandler):
         if reason is not None:
             self._reject(HTTPStatus.FORBIDDEN, reason)
             return
-        path = unquote(urlsplit(self.path).path)
-        resource = self.server.resources.get(path.partition("/")[2].partition("/")[2])
+        path, query = urlsplit(self.path)[2:4]
+        _, slash, name = path.removeprefix("/").partition("/")
+        if not slash:
+            self._redirect(f"{path}/?{query}" if query else f"{path}/")
+            return
+        resource = self.server.resources.get(unquote(name))
         if resource is None:
             self._reject(HTTPStatus.NOT_FOUND, "the server has no resource at this address")
             return
@@ -154,6 +158,15 @@ class _Handler(BaseHTTPRequestHandler):
         except SourceError as error:
             self.server.report(str(error))
             self.close_connection = True  # the browser detects the incomplete response
+
+    def _redirect(self, location: str) -> None:
+        """Redirect to the page, whose relative URLs need the slash after the token."""
+        self.send_response(HTTPStatus.PERMANENT_REDIRECT)
+        self.send_header("Location", location)
+        self.send_header("Content-Length", "0")
+        for name, value in _COMMON_HEADERS.items():
+            self.send_header(name, value)
+        self.end_headers()
 
     def _send(self, resource: Resource, *, has_body: bool) -> None:
         source, range_header = resource.source, self.headers.get("Range")

@@ -101,6 +101,16 @@ def test_a_query_does_not_change_what_is_served(client, server):
     assert _request(client, server, "?camera=cam03&loop")[2] == b"<page>"
 
 
+@pytest.mark.parametrize("query", ["", "?frame=9"])
+def test_a_url_without_the_last_slash_is_redirected(query, client, server):
+    path = urlsplit(server.url).path.removesuffix("/")
+    client.request("GET", f"{path}{query}")
+    response = client.getresponse()
+
+    assert (response.status, response.read()) == (308, b"")
+    assert response.headers["Location"] == f"{path}/{query}"
+
+
 def test_a_whole_stream_is_served_with_accept_ranges(client, server):
     status, headers, body = _request(client, server, "stream.quarc")
 
