@@ -97,6 +97,20 @@ def test_transforms_name_their_masks(tmp_path):
     assert _count_kept_columns(capture, 3, 1) == 20 + 21 + 1
 
 
+@pytest.mark.parametrize("masked_count", [1, 2])
+def test_nerfstudio_masks_of_only_some_frames_are_rejected(tmp_path, masked_count):
+    shots = make_shots()
+    document = make_picture_document(shots, frame_count=3)
+    for entry in document["frames"][:: len(shots)][:masked_count]:
+        entry["mask_path"] = "mask.png"
+    folder = write_transforms(tmp_path / "capture", document, make_plane_points())
+    write_frames(folder, shots, [[render(shot)] * 3 for shot in shots])
+    write_picture(folder / "mask.png", _draw_mask())
+
+    with pytest.raises(MaskCountError, match=f"{masked_count} of the 3 entries of camera cam00"):
+        open_capture(folder)
+
+
 def test_a_colmap_project_has_masks_next_to_its_images(tmp_path):
     shots = make_shots()
     folder = tmp_path / "project"

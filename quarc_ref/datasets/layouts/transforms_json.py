@@ -15,6 +15,7 @@ from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import (
     CountMismatchError,
+    MaskCountError,
     UnknownLayoutError,
     UnreadablePoseError,
 )
@@ -95,11 +96,22 @@ def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 
 
 def _open_masks(resolver: NamedFileResolver, rig: _Rig, source: Pictures) -> FileMasks | None:
-    """Return the masks that the entries name; None if no entry names a mask."""
+    """Return the masks that the entries name; None if no entry names a mask.
+
+    Raises:
+        MaskCountError: Only some entries of a camera name a mask.
+    """
     mask_paths = [
         [resolver.find(entry.mask_path) for entry in entries if entry.mask_path]
         for entries in rig.entries
     ]
+    for camera, entries, paths in zip(rig.cameras, rig.entries, mask_paths, strict=True):
+        if len(paths) not in (0, len(entries)):
+            message = (
+                f"{len(paths)} of the {len(entries)} entries of camera {camera.name} have a "
+                "'mask_path': give every entry of a camera a mask, or none"
+            )
+            raise MaskCountError(message)
     return FileMasks(mask_paths, source.sizes, source.lengths) if any(mask_paths) else None
 
 
