@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.summary import Summary
 
 _MIN_ENTRIES = 2
+_MAX_DIGITS = 20  # sizes in bytes have fewer digits
 
 
 def _check_entries(texts: list[str]) -> list[str]:
@@ -184,7 +185,7 @@ def _parse_entry(text: str) -> tuple[str, Path]:
 
 def _parse_size(text: str) -> tuple[Path, int]:
     path, _, number = text.rpartition("=")
-    if not path or not number.isdecimal():
+    if not path or not number.isdecimal() or len(number) >= _MAX_DIGITS:
         message = f"--bytes takes PATH=N with a whole number N, not {text!r}"
         raise UsageError(message)
     return Path(path), int(number)
