@@ -41,7 +41,7 @@ from quarc_ref.cli.encode_job import (
 )
 from quarc_ref.cli.encode_monitors import LogOptions, open_monitors
 from quarc_ref.cli.encoder_options import format_settings, make_config, require_positive
-from quarc_ref.cli.errors import report_errors
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
     AsJson,
@@ -57,6 +57,10 @@ from quarc_ref.cli.verbs.stream import describe_stream
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.settings.config import EncoderConfig
+
+
+_UNSUPPORTED_IN_1_0 = ("stream.updates", "canonical.snapshot_interval")
+_OFF_VALUES = ("false", "no", "0")
 
 
 def encode(
@@ -152,15 +156,20 @@ def _make_config_from_options(
     """Return the settings of a preset, changed by `--set` and by options such as `--lambda`.
 
     Raises:
-        UsageError: A setting does not exist, its value is not allowed, or format 1.0 does not
-            support the value.
+        UsageError: A setting does not exist, its value is not allowed, an option changes the same
+            setting, or format 1.0 does not support the value.
     """
+    for setting in settings or []:
+        key, _, text = setting.partition("=")
+        if setting_values.get(key) is not None:
+            message = f"--set {setting} cannot be combined with the option for {key}: give one"
+            raise UsageError(message)
+        if format_version == "1.0" and key in _UNSUPPORTED_IN_1_0 and text not in _OFF_VALUES:
+            reject_conflicts("--format 1.0", {f"--set {setting}": True})
     if format_version == "1.0":
         has_snapshot_interval = setting_values["canonical.snapshot_interval"] is not None
         reject_conflicts("--format 1.0", {"--snapshot-interval": has_snapshot_interval})
-    version_settings = (
-        ["stream.updates=false", "canonical.snapshot_interval=0"] if format_version == "1.0" else []
-    )
+    version_settings = [f"{key}=0" for key in _UNSUPPORTED_IN_1_0 if format_version == "1.0"]
     return make_config(
         preset, [*(settings or []), *format_settings(setting_values), *version_settings], seed
     )
