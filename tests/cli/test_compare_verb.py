@@ -147,6 +147,7 @@ def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
         ("{stream} {stream} --bytes x=3", "--bytes names x"),
         ("{stream} {stream} --bytes 3", "--bytes takes PATH=N"),
         (f"{{stream}} {{stream}} --bytes x={'9' * 5000}", "--bytes takes PATH=N"),
+        ("{stream} {stream} --bytes {stream}=3", "--bytes is only for folders of renders"),
         ("{stream} {stream} --lpips {stream}", "is not a readable file of LPIPS weights"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
         ("{stream} {stream} --frames 77", "the entries have no frame in common"),

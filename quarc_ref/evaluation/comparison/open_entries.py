@@ -9,7 +9,7 @@ from quarc_ref.datasets.layouts.table import describe_capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Label
 from quarc_ref.evaluation.comparison.gaussian_files import open_fourdgs, open_plys
-from quarc_ref.evaluation.comparison.renders import open_renders
+from quarc_ref.evaluation.comparison.renders import RENDERS, open_renders
 from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
 from quarc_ref.evaluation.same_capture import open_same_capture, read_start_frame
 from quarc_ref.format.cameras import Camera
@@ -109,7 +109,22 @@ def open_entries(
             entries.append(streams[index].entry)
         else:
             entries.append(_open_non_stream(source, cameras, frames_per_second))
+        _require_own_size(source, entries[-1])
     return ComparisonInputs(entries, capture, cameras, frames_per_second)
+
+
+def _require_own_size(source: EntrySource, entry: Entry) -> None:
+    """Reject a given size of an entry whose files have a size themselves.
+
+    Raises:
+        EntryError: A size is given for an entry that is not a folder of renders.
+    """
+    if source.byte_count is not None and entry.info.kind != RENDERS:
+        message = (
+            f"--bytes is only for folders of renders, but {source.path} is an entry of type "
+            f"{entry.info.kind}, whose size is that of its files"
+        )
+        raise EntryError(message)
 
 
 def _is_stream(path: Path) -> bool:

@@ -15,6 +15,7 @@ from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.format.cameras import Camera
 
+RENDERS = "renders"  # the kind of these entries
 _SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
@@ -38,7 +39,7 @@ def open_renders(
     paths_by_camera = _list_pictures(folder, cameras)
     common_frames = set.intersection(*(set(frames) for frames in paths_by_camera.values()))
     return _RenderEntry(
-        label, EntryInfo("renders", tuple(sorted(common_frames)), byte_count), paths_by_camera
+        label, EntryInfo(RENDERS, tuple(sorted(common_frames)), byte_count), paths_by_camera
     )
 
 
