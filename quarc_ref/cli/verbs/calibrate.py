@@ -137,8 +137,7 @@ def calibrate(
         from quarc_ref.datasets.errors import MaskNameError
 
         restore_sigterm_handler()
-        start_time = time.monotonic()
-        distance = _parse_distance(meters)
+        start_time, distance = time.monotonic(), _parse_distance(meters)
         reject_input_folder(output, (recordings, intrinsics, masks))
         with (
             TerminalProgress(quiet=quiet) as progress,

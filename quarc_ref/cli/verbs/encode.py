@@ -103,9 +103,8 @@ def encode(
         if segments is None:
             reject_segment_options({"--workers": workers is not None, "--ray": ray is not None})
         else:
-            log_paths = {"--log-json": log_json, "--tensorboard": tensorboard}
-            is_log_given = {option: path is not None for option, path in log_paths.items()}
-            reject_conflicts("--segments", {"--live": live, **is_log_given})
+            logs_given = {"--log-json": bool(log_json), "--tensorboard": bool(tensorboard)}
+            reject_conflicts("--segments", {"--live": live, **logs_given})
         if log_json is not None:
             reject_stream_path(log_json, output)
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
@@ -134,8 +133,7 @@ def encode(
             else:
                 _encode_whole(job, output, write_mode)
         if not writes_to_pipe:
-            seconds = round(time.monotonic() - start_time, 1)
-            _print_result(output, findings, seconds, as_json=as_json)
+            _print_result(output, findings, time.monotonic() - start_time, as_json=as_json)
 
 
 def _encode_whole(job: EncodeJob, output: Path, write_mode: WriteMode) -> None:
@@ -181,9 +179,9 @@ def _print_result(
     """Print the sizes of the stream, the findings and the time of the encode."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 
-    summary = inspect_stream(output.read_bytes())
+    summary, rounded_seconds = inspect_stream(output.read_bytes()), round(seconds, 1)
     if as_json:
-        encode_values = {"findings": findings.as_json(), "seconds": seconds}
+        encode_values = {"findings": findings.as_json(), "seconds": rounded_seconds}
         print_json("encode/2", {"file": str(output), **summary.as_json(), **encode_values})
     else:
-        print_fields(output.name, describe_stream(summary) | {"seconds": f"{seconds}"})
+        print_fields(output.name, describe_stream(summary) | {"seconds": f"{rounded_seconds}"})
