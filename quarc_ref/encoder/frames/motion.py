@@ -28,6 +28,7 @@ from quarc_ref.encoder.training.trainable import (
     Attributes,
     cosine_decay,
     from_splats,
+    take_adam_step,
 )
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import SYMBOL_LIMIT
@@ -168,9 +169,7 @@ def _take_optimizer_step(
 ) -> Tensor:
     """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""
     *gradients, extra_gradient = torch.autograd.grad(loss, [*leaves, extra_tensor])
-    for leaf, gradient in zip(leaves, gradients, strict=True):
-        leaf.grad = gradient
-    adam.step()
+    take_adam_step(adam, leaves, gradients)
     return extra_gradient
 
 

@@ -144,9 +144,7 @@ class Trainer:
         *gradients, extra_gradient = torch.autograd.grad(
             loss, [*self._leaves, extra_tensor], allow_unused=True
         )
-        for leaf, gradient in zip(self._leaves, gradients, strict=True):
-            leaf.grad = gradient
-        self._adam.step()
+        take_adam_step(self._adam, self._leaves, gradients)
         return extra_gradient
 
     def decay_opacity(self, mask: Tensor, fraction: float) -> None:
@@ -193,6 +191,19 @@ class Trainer:
             group["params"] = [leaf]
             new_leaves.append(leaf)
         self._leaves = new_leaves
+
+
+def take_adam_step(
+    adam: torch.optim.Adam, leaves: Iterable[Tensor], gradients: Iterable[Tensor | None]
+) -> None:
+    """Take a step of torch's fused Adam with a gradient for each leaf; None skips the leaf.
+
+    On a CPU, the fused kernel ignores the strides of gradients. The gradients of tensors that were
+    concatenated, such as `sh_dc` and `sh_rest`, are not contiguous, and must be copied.
+    """
+    for leaf, gradient in zip(leaves, gradients, strict=True):
+        leaf.grad = None if gradient is None else gradient.contiguous()
+    adam.step()
 
 
 def to_sh_dc(colors: Tensor) -> Tensor:
