@@ -102,6 +102,25 @@ browserTest("opening at a frame shows no other frame before it", async () => {
   assert.deepEqual(shown, { frames: [15], previews: 0 });
 });
 
+browserTest("an element that has opened bytes can be moved, and then opens its src", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const frames = await page.page.evaluate(async () => {
+    const player = document.body.appendChild(document.createElement("quarc-player")) as PlayerElement;
+    const nextFrame = (): Promise<number> =>
+      new Promise((resolve) => player.addEventListener("frame", ({ detail }) => resolve(detail.frame), { once: true }));
+    player.open({ bytes: await (await fetch("stream.quarc")).arrayBuffer() });
+    const first = await nextFrame();
+    document.body.append(player); // neither an error nor a stream
+    const between = player.info;
+    player.remove();
+    player.open({ url: "missing.quarc" });
+    player.setAttribute("src", "stream.quarc"); // replaces the source, although the element is not on the page
+    document.body.append(player);
+    return [first, between, await nextFrame()];
+  });
+  assert.deepEqual(frames, [0, null, 0]);
+});
+
 browserTest("a seek and the seeks that it replaces resolve when its frame is shown", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

@@ -41,11 +41,10 @@ export class QuarcPlayer extends HTMLElement {
 
   attributeChangedCallback(name: string): void {
     const { player } = this;
+    if (name === "src") this.#source = null;
     if (player === null) return;
-    if (name === "src") {
-      this.#source = null;
-      this.#open();
-    } else if (name === "loop") player.loop = this.hasAttribute("loop");
+    if (name === "src") this.#open();
+    else if (name === "loop") player.loop = this.hasAttribute("loop");
     else if (name === "speed") player.speed = parseSpeed(this.getAttribute("speed"));
     else if (name === "up") player.up = AXES.find((axis) => axis === this.getAttribute("up")) ?? null;
     else if (name === "camera") player.camera = this.getAttribute("camera");
@@ -140,6 +139,7 @@ export class QuarcPlayer extends HTMLElement {
     session.player.camera = this.getAttribute("camera");
     const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
     session.open(source, this.getAttribute("poster"), Number.isFinite(frame) ? frame : null);
+    if ("bytes" in source) this.#source = null; // the worker has the bytes now, so they cannot be opened again
     if (this.hasAttribute("autoplay")) session.player.play();
   }
 
