@@ -113,6 +113,7 @@ export class Player extends PlayerEventTarget {
 
   /** Stop the workers and release the graphics memory. The player cannot be used afterwards. */
   dispose(): void {
+    this.pause();
     this.#controls?.dispose();
     this.#playback.close();
     this.#stage.dispose();

@@ -86,6 +86,20 @@ browserTest("playback pauses at the end, and restarts from the beginning", async
   assert.deepEqual((await page.run(playFrames, 5)).slice(0, 3), [0, 1, 2]);
 });
 
+browserTest("an element that is removed pauses, and does not play when it is inserted again", async () => {
+  await using page = await PlayerPage.open({ attributes: "loop" });
+  await page.waitUntil((player) => player.frame === 0);
+  const states = await page.run(async (player) => {
+    let pauses = 0;
+    player.addEventListener("pause", () => (pauses += 1));
+    player.play();
+    const before = player.hasAttribute("playing");
+    document.body.append(player);
+    return [before, pauses, player.isPlaying, player.hasAttribute("playing")];
+  });
+  assert.deepEqual(states, [true, 1, false, false]);
+});
+
 browserTest("opening at a frame shows no other frame before it", async () => {
   await using page = await PlayerPage.open({ attributes: null, bitsPerSecond: 1e6 });
   const shown = await page.page.evaluate(async () => {

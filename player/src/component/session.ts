@@ -79,10 +79,10 @@ export class Session {
   }
 
   dispose(): void {
+    this.player.dispose();
     this.#abortController.abort();
     cancelAnimationFrame(this.#refreshRequest);
     clearTimeout(this.#waitingTimer);
-    this.player.dispose();
   }
 
   #addListeners(): void {
