@@ -37,7 +37,7 @@ export class Player extends PlayerEventTarget {
     super();
     this.#stage = new Stage(canvas, makeSorter, {
       onShown: (packet, cost) => this.#handleShown(packet, cost),
-      onRestored: () => void this.setFrame(this.#playback.frame ?? 0),
+      onRestored: () => void this.setFrame(this.#playback.target ?? 0),
       onFault: (message) => this.#handleFault({ kind: "limit", message, rejectId: null, frame: null }),
     });
     this.#viewer = new Viewer(this.#stage, () => this.dispatch("view", null));

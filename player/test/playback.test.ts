@@ -147,6 +147,32 @@ browserTest("a seek and the seeks that it replaces resolve when its frame is sho
   assert.deepEqual(shown, { first: [7, 7], next: [8, 7, 15], last: 9, frame: 9 });
 });
 
+browserTest("a seek and the opening of a stream survive the loss of the graphics context", async () => {
+  await using page = await PlayerPage.open({ bitsPerSecond: 400_000 });
+  await page.waitUntil((player) => player.frame === 0);
+  const frames = await page.run(async (player) => {
+    const canvas = player.shadowRoot?.querySelector("canvas");
+    const extension = canvas?.getContext("webgl2")?.getExtension("WEBGL_lose_context");
+    const loseContext = (whileLost: () => void): Promise<void> => {
+      const restored = new Promise<void>((resolve) => {
+        canvas?.addEventListener("webglcontextrestored", () => resolve(), { once: true });
+      });
+      extension?.loseContext();
+      setTimeout(whileLost, 50);
+      setTimeout(() => extension?.restoreContext(), 500);
+      return restored;
+    };
+    const seek = player.setFrame(20);
+    await loseContext(() => undefined);
+    const seekResult = await seek;
+    const shown = new Promise((resolve) => player.addEventListener("frame", resolve));
+    await loseContext(() => player.setAttribute("src", "stream.quarc"));
+    await shown;
+    return [seekResult, await player.setFrame(3)];
+  });
+  assert.deepEqual(frames, [20, 3]);
+});
+
 browserTest("a seek to a damaged frame rejects with the reject id", async () => {
   const stream = readRoom().slice();
   stream[stream.length - 4000] = stream[stream.length - 4000]! ^ 0xff;

@@ -75,7 +75,7 @@ export class Stage {
     this.#pendingPacket = null;
     this.#pendingRequests.clear();
     this.#sortDirection = null;
-    this.#painter = new Painter(this.#gl, info);
+    this.#painter = this.#gl.isContextLost() ? null : new Painter(this.#gl, info);
   }
 
   /** Sort a frame, and then show it. */
