@@ -237,7 +237,7 @@ export class Playback {
     clearTimeout(this.#timer);
     if (this.#isBeforeFirstFrame || this.#pendingSteps > 0) this.#advance();
     else if (this.#isPlaying) {
-      this.#timer = window.setTimeout(() => this.#advance(), this.#dueTime - performance.now());
+      this.#timer = window.setTimeout(() => this.#isPlaying && this.#advance(), this.#dueTime - performance.now());
     }
   }
 

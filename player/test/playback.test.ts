@@ -86,6 +86,21 @@ browserTest("playback pauses at the end, and restarts from the beginning", async
   assert.deepEqual((await page.run(playFrames, 5)).slice(0, 3), [0, 1, 2]);
 });
 
+browserTest("no frame follows the frame at which playback is paused", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const frames = await page.run(async (player) => {
+    player.addEventListener("frame", ({ detail }) => {
+      if (detail.frame === 18) player.pause(); // all frames have been decoded by then
+    });
+    player.play();
+    while (player.frame !== 18) await new Promise((resolve) => setTimeout(resolve, 5));
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    return player.frame;
+  });
+  assert.equal(frames, 18);
+});
+
 browserTest("an element that is removed pauses, and does not play when it is inserted again", async () => {
   await using page = await PlayerPage.open({ attributes: "loop" });
   await page.waitUntil((player) => player.frame === 0);
