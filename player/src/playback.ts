@@ -266,7 +266,7 @@ export class Playback {
 
   #stopAtEnd(): void {
     this.#pendingSteps = 0;
-    if (!this.#isPlaying) return;
+    if (!this.#isPlaying) return this.#events.onState();
     if (this.#isLooping) {
       this.#decodeNextLap();
       if (this.#link.run !== this.#shownRun) return;

@@ -274,12 +274,12 @@ export class Player extends PlayerEventTarget {
     this.#recorder.add(packet, cost);
     if (this.info !== null) this.#pendingPromises.resolveOpen(this.info);
     this.dispatch("frame", { frame: packet.frame });
-    if (!this.#playback.isSeeking) this.#pendingPromises.resolveSeeks(packet.frame);
     this.#handleStateChange();
   }
 
   #handleStateChange(): void {
-    const { isPlaying, isWaiting } = this.#playback;
+    const { isPlaying, isWaiting, isSeeking, frame } = this.#playback;
+    if (!isSeeking && frame !== null) this.#pendingPromises.resolveSeeks(frame);
     if (isPlaying !== this.#wasPlaying) {
       this.#wasPlaying = isPlaying;
       this.dispatch(isPlaying ? "play" : "pause", null);

@@ -50,6 +50,18 @@ browserTest("a paused live stream shows its latency, and a button jumps to its n
   assert.equal(await page.run(({ player }) => player?.latency), 0);
 });
 
+browserTest("a step resolves to the last frame if the stream ends instead", async () => {
+  await using page = await openLive();
+  await page.waitUntil((player) => player.frame === 0);
+  page.server.grow(room.subarray(0, room.length - 100)); // all frames, but neither INDX nor TAIL
+  await page.waitUntil(({ player }) => player?.liveEdge === 23);
+  await page.run((player) => player.seekToLiveEdge());
+  const step = page.run((player) => player.step());
+  await page.page.waitForTimeout(200);
+  page.server.grow(room);
+  assert.equal(await step, 23);
+});
+
 browserTest("a large latency is shown on the live button", async () => {
   await using page = await openLive();
   await page.waitUntil((player) => player.frame === 0);
