@@ -9,22 +9,21 @@ interface Deferred<T> {
 }
 
 export class PendingPromises {
-  #deferredOpen: Deferred<StreamInfo> | null = null;
-  #deferredSeeks: Deferred<number>[] = [];
+  readonly #deferredOpens: Deferred<StreamInfo>[] = [];
+  readonly #deferredSeeks: Deferred<number>[] = [];
 
   /** Resolves when the first frame of the stream being opened is shown. */
   waitForOpen(): Promise<StreamInfo> {
-    return makePromise((deferred) => (this.#deferredOpen = deferred));
+    return makePromise(this.#deferredOpens);
   }
 
   /** Resolves to the ordinal of the frame that the current seek or step has shown. */
   waitForSeek(): Promise<number> {
-    return makePromise((deferred) => this.#deferredSeeks.push(deferred));
+    return makePromise(this.#deferredSeeks);
   }
 
   resolveOpen(info: StreamInfo): void {
-    this.#deferredOpen?.resolve(info);
-    this.#deferredOpen = null;
+    for (const deferred of this.#deferredOpens.splice(0)) deferred.resolve(info);
   }
 
   resolveSeeks(frame: number): void {
@@ -32,14 +31,13 @@ export class PendingPromises {
   }
 
   rejectAll(fault: PlayerFault): void {
-    const allDeferred = [this.#deferredOpen, ...this.#deferredSeeks.splice(0)];
-    this.#deferredOpen = null;
-    for (const deferred of allDeferred) deferred?.reject(new StreamError(fault));
+    const allDeferred = [...this.#deferredOpens.splice(0), ...this.#deferredSeeks.splice(0)];
+    for (const deferred of allDeferred) deferred.reject(new StreamError(fault));
   }
 }
 
-function makePromise<T>(store: (deferred: Deferred<T>) => void): Promise<T> {
-  const promise = new Promise<T>((resolve, reject) => store({ resolve, reject }));
+function makePromise<T>(allDeferred: Deferred<T>[]): Promise<T> {
+  const promise = new Promise<T>((resolve, reject) => allDeferred.push({ resolve, reject }));
   promise.catch(() => undefined); // the error event also reports the error
   return promise;
 }

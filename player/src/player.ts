@@ -57,7 +57,8 @@ export class Player extends PlayerEventTarget {
   }
 
   /**
-   * Open a stream and show one frame, by default the first. Another call replaces the stream.
+   * Open a stream and show one frame, by default the first. Another call replaces the stream; both then resolve or reject
+   * like the later call.
    *
    * Resolves when the frame is shown. Rejects with a StreamError if the stream cannot be received or decoded up to that
    * frame.
@@ -270,9 +271,11 @@ export class Player extends PlayerEventTarget {
 
   #handleShown(packet: FramePacket, cost: FrameCost): void {
     this.#playback.noteShown(packet);
+    const { info } = this;
+    if (info === null) return; // the frame belongs to the previous stream
     if (packet.isPreview) return this.dispatch("preview", null);
     this.#recorder.add(packet, cost);
-    if (this.info !== null) this.#pendingPromises.resolveOpen(this.info);
+    this.#pendingPromises.resolveOpen(info);
     this.dispatch("frame", { frame: packet.frame });
     this.#handleStateChange();
   }

@@ -220,6 +220,26 @@ browserTest("scrubbing shows intermediate pictures, and ends at the last positio
   assert.equal(shown.at(-1), 22);
 });
 
+browserTest("a stream that replaces another also settles its promise, and shows no frame of it", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const [frames, titles] = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const url = `${location.origin}/stream.quarc`;
+    const opened = [player.open({ url }, { frame: 5 })];
+    const frames: number[] = [];
+    player.addEventListener("frame", ({ detail }: CustomEvent<{ frame: number }>) => frames.push(detail.frame));
+    let next = (): void => {
+      next = (): void => undefined;
+      queueMicrotask(() => opened.push(player.open({ url }))); // while the frame is being sorted
+    };
+    player.onDecoded(({ frame }: { frame: number }) => (frame === 5 ? next() : undefined));
+    while (frames.length === 0) await new Promise((resolve) => setTimeout(resolve, 20));
+    return [frames, (await Promise.all(opened)).map(({ metadata }) => metadata.title)];
+  });
+  assert.deepEqual([frames, titles], [[0], ["a ball in a room", "a ball in a room"]]);
+});
+
 browserTest("a program draws on its own canvas, and receives errors", async () => {
   await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
   const picture = await page.page.evaluate(async () => {
