@@ -245,6 +245,7 @@ browserTest("a program draws on its own canvas, and receives errors", async () =
   const picture = await page.page.evaluate(async () => {
     const { Player, StreamError } = await import(`${location.origin}/quarc-player.js`);
     const canvas = document.body.appendChild(document.createElement("canvas"));
+    new Player(canvas).dispose(); // another player can use the canvas
     const player = new Player(canvas);
     const info = await player.open({ url: `${location.origin}/stream.quarc` });
     player.speed = 2;

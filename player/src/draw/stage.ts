@@ -127,7 +127,8 @@ export class Stage {
     cancelAnimationFrame(this.#drawRequest);
     this.#sorter.terminate();
     this.#painter?.dispose();
-    this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
+    // A canvas on the page may get another player, which would receive the lost context.
+    if (!this.#canvas.isConnected) this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
 
   #requestSort(request: SortRequest, handleReply: HandleSortReply): void {
