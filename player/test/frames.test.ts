@@ -137,3 +137,21 @@ test("the description of the stream precedes the first frame", async () => {
   }
   assert.deepEqual(metadata, {}); // META follows the first frame in this stream
 });
+
+test("the number of listeners does not grow with the number of frames", async (context) => {
+  let listenerCount = 0;
+  for (const [name, change] of [["addEventListener", 1], ["removeEventListener", -1]] as const) {
+    const method = AbortSignal.prototype[name];
+    context.mock.method(AbortSignal.prototype, name, function (this: AbortSignal, ...parameters: Parameters<typeof method>) {
+      listenerCount += change;
+      return method.apply(this, parameters);
+    });
+  }
+  const counts: number[] = [];
+  for await (const _ of readFrames(makeMemorySource(readVector("streams/journey")))) {
+    await new Promise((resolve) => setTimeout(resolve, 10)); // the decoder waits until another frame is requested
+    counts.push(listenerCount);
+  }
+  assert.equal(counts.length, 9);
+  assert.equal(counts.at(-1), counts[1]);
+});

@@ -40,6 +40,7 @@ export class Run {
 
   abort(): void {
     this.#abortController.abort();
+    this.#wakeUp();
   }
 
   /** Allow `frames` more frames to be posted. */
@@ -144,10 +145,7 @@ export class Run {
     const idle = new AbortController();
     if (this.#frameCredit === 0) void this.#readAhead(idle.signal);
     while (this.#frameCredit === 0 && !signal.aborted) {
-      await new Promise<void>((resolve) => {
-        this.#wakeUp = resolve;
-        signal.addEventListener("abort", () => resolve(), { once: true });
-      });
+      await new Promise<void>((resolve) => (this.#wakeUp = resolve));
     }
     idle.abort();
     signal.throwIfAborted();
