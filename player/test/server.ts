@@ -25,6 +25,8 @@ export interface ServerOptions {
   readonly breakAfterBytes?: number;
   /** Status with which the server answers every request for the stream; null for normal answers. */
   readonly status?: number | null;
+  /** Whether pages of other origins may request the stream. */
+  readonly allowsOrigins?: boolean;
   /** Maximum transfer rate of the stream. */
   readonly bitsPerSecond?: number;
   /** Other files by path; "/" is the page. */
@@ -98,6 +100,7 @@ export class StreamServer {
     const size = this.#stream.length;
     const rangeMatch = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
     this.requests.push(request.headers.range ?? "");
+    if (this.#options.allowsOrigins === true) response.setHeader("Access-Control-Allow-Origin", "*");
     if (status !== null) {
       response.writeHead(status).end();
       return;

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
-import { readRoom } from "./server.js";
+import { readRoom, StreamServer } from "./server.js";
 
 const CANONICAL_BYTES = 30_000; // approximate size of the first frame of room.quarc
 
@@ -131,4 +131,16 @@ browserTest("without WebGL2, an error is shown, and no worker is left", async ()
   });
   assert.deepEqual(counts, { workers: 0, errors: 1 });
   assert.equal(await readText(page, "h2"), "This browser cannot play the stream");
+});
+
+browserTest("a server on another origin need not expose the header Content-Range", async () => {
+  await using server = await StreamServer.start(readRoom(), { allowsOrigins: true });
+  await using page = await PlayerPage.open({ attributes: null });
+  await page.page.evaluate((url) => {
+    const player = document.createElement("quarc-player");
+    player.setAttribute("src", url);
+    document.body.append(player);
+  }, server.url);
+  await page.waitUntil((player) => player.frame === 0 && player.info?.frameCount === 24);
+  await page.setFrame(20);
 });

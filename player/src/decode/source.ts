@@ -78,31 +78,28 @@ export class HttpSource {
   /** Find the offset of a response's body; return null if the stream ends before `requestedOffset`. */
   #findBodyOffset(response: Response, requestedOffset: number): number | null {
     const { status, headers } = response;
-    const rangeMatch = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(headers.get("Content-Range") ?? "");
+    const length = headers.get("Content-Length");
+    const range = headers.get("Content-Range"); // null also if a server on another origin does not expose it
+    const rangeMatch = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(range ?? "");
     if (status === 416) {
-      this.#setSize(rangeMatch === null ? null : Number(rangeMatch[2]));
+      if (rangeMatch !== null) this.size = Number(rangeMatch[2]);
       void response.body?.cancel();
       return null;
     }
-    if (status === 206 && rangeMatch !== null && Number(rangeMatch[1]) === requestedOffset) {
+    if (status === 206 && (range === null || Number(rangeMatch?.[1]) === requestedOffset)) {
       this.hasRanges = true;
-      this.#setSize(Number(rangeMatch[2]));
+      if (rangeMatch !== null) this.size = Number(rangeMatch[2]);
+      else if (length !== null) this.size = requestedOffset + Number(length);
       return requestedOffset;
     }
     if (status === 200) {
-      const length = headers.get("Content-Length");
-      const isCompressed = headers.has("Content-Encoding");
-      this.#setSize(length === null || isCompressed ? null : Number(length));
+      if (length !== null && !headers.has("Content-Encoding")) this.size = Number(length);
       return 0;
     }
     void response.body?.cancel();
     if (status >= 500) throw new TypeError(`the server answered ${status}`); // is retried
     const answer = status === 206 ? "with a range that was not requested" : String(status);
     throw new NetworkError(`${this.#url}: the server answered ${answer}`);
-  }
-
-  #setSize(size: number | null): void {
-    if (size !== null) this.size = size;
   }
 }
 
