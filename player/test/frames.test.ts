@@ -2,9 +2,10 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { DecodeService } from "../src/decode/decode-service.js";
 import { readFrames, StreamError } from "../src/decode/index.js";
 import { QuarcModule } from "../src/decode/quarc.js";
-import type { FramePacket, StreamInfo, StreamSource } from "../src/protocol.js";
+import type { DecodeReply, FramePacket, StreamInfo, StreamSource } from "../src/protocol.js";
 import { digestState, FrameRebuilder } from "./frame-rebuilder.js";
 import { readVector, StreamServer } from "./server.js";
 
@@ -154,4 +155,75 @@ test("the number of listeners does not grow with the number of frames", async (c
   }
   assert.equal(counts.length, 9);
   assert.equal(counts.at(-1), counts[1]);
+});
+
+/** Make a chunk (SPEC 5.2). */
+function makeChunk(type: string, sequence: number, payload: Uint8Array): Buffer {
+  const header = Buffer.from("9e5143f300000000000000000000000000000000", "hex");
+  header.write(type, 4, "latin1");
+  header.writeUInt32LE(sequence, 8);
+  header.writeUInt32LE(payload.length, 12);
+  header.writeUInt32LE(crc32(header.subarray(0, 16)), 16);
+  const crc = Buffer.alloc(4);
+  crc.writeUInt32LE(crc32(payload));
+  return Buffer.concat([header, payload, crc]);
+}
+
+/** CRC-32/ISO-HDLC (SPEC 4.5). */
+function crc32(bytes: Uint8Array): number {
+  let crc = -1;
+  for (const byte of bytes) {
+    crc ^= byte;
+    for (let bit = 0; bit < 8; bit++) crc = (crc >>> 1) ^ (crc & 1 ? 0xedb88320 : 0);
+  }
+  return ~crc >>> 0;
+}
+
+/** Make a stream that repeats the first canonical frame of a vector; after its first frame, it has `paddingBytes`. */
+function repeatCanonicalFrame(vector: Uint8Array, count: number, paddingBytes: number): Buffer {
+  const view = Buffer.from(vector);
+  const headEnd = 8 + 24 + view.readUInt32LE(8 + 12);
+  let offset = headEnd;
+  while (view.toString("latin1", offset + 4, offset + 8) !== "CANO") offset += 24 + view.readUInt32LE(offset + 12);
+  const canonical = view.subarray(offset + 20, offset + 20 + view.readUInt32LE(offset + 12));
+  const parts: Buffer[] = [view.subarray(0, headEnd)];
+  const index = Buffer.alloc(4 + 16 * count);
+  index.writeUInt32LE(count);
+  let [size, sequence] = [headEnd, 1];
+  const add = (type: string, payload: Uint8Array): void => {
+    parts.push(makeChunk(type, sequence++, payload));
+    size += 24 + payload.length;
+  };
+  for (let frame = 0; frame < count; frame++) {
+    index.writeUInt32LE(size, 4 + 16 * frame);
+    index.writeUInt32LE(sequence, 12 + 16 * frame);
+    index.writeUInt32LE(frame, 16 + 16 * frame);
+    const payload = Buffer.from(canonical);
+    payload.writeUInt32LE(frame);
+    add("CANO", payload);
+    if (frame === 0) add("junk", new Uint8Array(paddingBytes));
+  }
+  const tail = Buffer.alloc(16);
+  tail.writeUInt32LE(count, 0);
+  tail.writeUInt32LE(count, 4);
+  tail.writeUInt32LE(size, 8);
+  add("INDX", index);
+  add("TAIL", tail);
+  return Buffer.concat(parts);
+}
+
+test("the search for a long index does not interrupt the download of the frames", async () => {
+  const stream = repeatCanonicalFrame(readVector("streams/journey"), 400, 1 << 19);
+  await using server = await StreamServer.start(stream, { bitsPerSecond: 2e7 });
+  const replies: DecodeReply[] = [];
+  await new Promise<void>((resolve) => {
+    const service = new DecodeService((reply) => {
+      replies.push(reply);
+      if (reply.kind === "end" || reply.kind === "error") resolve();
+    });
+    service.handle({ kind: "open", source: { url: server.url }, run: 0 });
+    service.handle({ kind: "more", frames: 1000, run: 0 });
+  });
+  assert.equal(replies.at(-1)?.kind, "end", JSON.stringify(replies.at(-1)));
+  assert.ok(replies.some((reply) => reply.kind === "info" && reply.info.canonicalFrames.length === 400));
 });

@@ -74,7 +74,6 @@ export class OpenStream {
   async #searchIndex(quarc: QuarcModule): Promise<void> {
     const decoder = quarc.open(0);
     try {
-      await this.bytes.prefetchEnd();
       this.setDecoderLength(decoder);
       this.index = await this.#readIndex(decoder);
     } catch {
@@ -89,6 +88,7 @@ export class OpenStream {
       const index = decoder.findIndex();
       const range = index === null ? decoder.missingRange() : null;
       if (range === null) return index;
+      await this.bytes.prefetchEnd(range.begin); // a download from there would abort the download of the frames
       const piece = await this.bytes.readPiece(range.begin, NEVER_ABORTED);
       if (piece === null) return null;
       decoder.put(piece.offset, piece.bytes);

@@ -25,8 +25,8 @@ export interface StreamBytes {
   findAvailable(offset: number): Uint8Array | null;
   /** Return some bytes from an offset onwards, or null at the end of the stream. */
   readPiece(offset: number, signal: AbortSignal): Promise<Piece | null>;
-  /** Request the end of the stream, in parallel to the download, and store it in the cache. */
-  prefetchEnd(): Promise<void>;
+  /** Request the missing bytes from an offset to the end of the stream, in parallel to the download, for the cache. */
+  prefetchEnd(offset: number): Promise<void>;
   close(): void;
 }
 
@@ -115,12 +115,11 @@ class ReceivedBytes implements StreamBytes {
     }
   }
 
-  async prefetchEnd(): Promise<void> {
+  async prefetchEnd(offset: number): Promise<void> {
     const { size } = this;
-    if (size === null || !this.isSeekable || this.#cache.find(size - 1) !== null) return;
-    for await (const piece of this.#source.read(Math.max(0, size - PREFETCH_BYTES), this.#abortController.signal)) {
-      this.#store(piece);
-    }
+    if (size === null || this.#cache.find(offset) !== null) return;
+    const begin = Math.max(0, Math.min(offset, size - PREFETCH_BYTES));
+    for await (const piece of this.#source.read(begin, this.#abortController.signal)) this.#store(piece);
   }
 
   close(): void {
