@@ -8,7 +8,7 @@
 import { DecodeLink } from "./decode-link.js";
 import { Extent } from "./extent.js";
 import type { PlaybackEvents, Screen } from "./playback-events.js";
-import type { DecodeReply, FramePacket, StreamInfo, StreamSource } from "./protocol.js";
+import type { DecodeReply, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
 
 const BUFFER_FRAMES = 12; // frames decoded ahead
 const SEEK_TIMEOUT_MS = 150; // after which a new seek replaces a seek that has not shown its frame
@@ -18,6 +18,7 @@ export class Playback {
   readonly #screen: Screen;
   readonly #events: PlaybackEvents;
   #buffer: FramePacket[] = [];
+  #fault: PlayerFault | null = null; // the error after the frames in the buffer; reported when the next frame is due
   #extent = new Extent();
   #shownRun = 0;
   #startFrame: number | null = null; // the frame to show first
@@ -99,7 +100,8 @@ export class Playback {
   /** Whether playback, a seek or the opening of a stream waits for frames. */
   get isWaiting(): boolean {
     const needsFrames = this.#isPlaying || this.#isBeforeFirstFrame;
-    return this.#link.run > 0 && needsFrames && this.#buffer.length === 0 && !this.#screen.isBusy && !this.#isAtEnd;
+    const hasFrames = this.#buffer.length > 0 || this.#screen.isBusy || this.#isAtEnd || this.#fault !== null;
+    return this.#link.run > 0 && needsFrames && !hasFrames;
   }
 
   /** Open a stream at a frame; null means its first frame. */
@@ -183,7 +185,7 @@ export class Playback {
     if (reply.kind === "frame") this.#handlePacket(reply.packet);
     else if (reply.kind === "info") this.#handleInfo(reply.info);
     else if (reply.kind === "progress") this.#events.onProgress(reply.bytes, reply.byteLength);
-    else if (reply.kind === "error") this.#events.onError(reply.error);
+    else if (reply.kind === "error") this.#handleFault(reply.error);
     else if (reply.kind === "edge") this.#handleLiveEdge(reply.frame);
     else this.#handleEnd(reply.frameCount);
   }
@@ -204,6 +206,11 @@ export class Playback {
       return;
     }
     this.#buffer.push(packet);
+    this.#scheduleNext();
+  }
+
+  #handleFault(fault: PlayerFault): void {
+    this.#fault = fault;
     this.#scheduleNext();
   }
 
@@ -245,7 +252,8 @@ export class Playback {
     if (this.#screen.isBusy) return; // `noteShown` schedules the next frame
     const [nextPacket] = this.#buffer;
     const isNextLap = nextPacket !== undefined && !this.#isBeforeFirstFrame && nextPacket.run !== this.#shownRun;
-    if (this.#isAtEnd || (isNextLap && !this.#isLooping)) this.#stopAtEnd();
+    if (nextPacket === undefined && this.#fault !== null) this.#events.onError(this.#fault);
+    else if (this.#isAtEnd || (isNextLap && !this.#isLooping)) this.#stopAtEnd();
     else if (nextPacket !== undefined) this.#showNext();
     else this.#events.onState(); // playback now waits for a frame
   }
@@ -293,6 +301,7 @@ export class Playback {
   #reset(): void {
     clearTimeout(this.#timer);
     this.#buffer = [];
+    this.#fault = null;
     this.#isBeforeFirstFrame = true;
     this.#pendingSteps = 0;
     this.#nextSeekTarget = null;

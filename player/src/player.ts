@@ -296,6 +296,7 @@ export class Player extends PlayerEventTarget {
   #handleFault(fault: PlayerFault): void {
     this.#playback.pause();
     this.#pendingPromises.rejectAll(fault);
+    this.#handleStateChange();
     this.dispatch("error", fault);
   }
 }

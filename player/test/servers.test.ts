@@ -53,6 +53,10 @@ browserTest("a damaged stream plays up to the damage, and shows the reject id", 
   const fault = await page.run(nextFault);
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "payload-crc"]);
   assert.ok((fault.frame ?? 0) > 0);
+  assert.equal(await page.run((player) => player.frame), (fault.frame ?? 0) - 1);
+  await page.page.waitForTimeout(200);
+  assert.ok(await page.page.locator("quarc-player .fault").isVisible());
+  assert.equal(await page.run(({ player }) => player?.isWaiting), false);
   assert.equal(await readText(page, ".fault h2"), "This stream is damaged");
   assert.match(await readText(page, ".fault code"), /payload-crc/);
 });
