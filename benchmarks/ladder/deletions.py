@@ -11,7 +11,6 @@ import torch
 from torch import Tensor
 
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.trainable import Attributes
 
 _COUNT_DIVISOR = 4  # each trial deletes a quarter as many Gaussians as the previous trial
@@ -52,7 +51,7 @@ def _predict_loss_decreases(
     slopes = torch.zeros_like(attributes.opacities)
     for view in range(len(context.views.cameras)):
         image = context.render(attributes_with_grad.activated(), view).image
-        loss = photometric_loss(image, context.truth(view, frame), dssim_weight)
+        loss = context.photometric_loss(image, view, frame, dssim_weight)
         slopes += torch.autograd.grad(loss, logits)[0]
     return slopes * (1 + torch.exp(attributes.opacities))  # o dL/do, with d o = o (1 - o) d logit
 
@@ -65,5 +64,5 @@ def _measure_loss(
     with torch.no_grad():
         for view in range(len(context.views.cameras)):
             image = context.render(gaussians, view).image
-            total += float(photometric_loss(image, context.truth(view, frame), dssim_weight))
+            total += float(context.photometric_loss(image, view, frame, dssim_weight))
     return total

@@ -16,7 +16,6 @@ from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.straight_through import translation_step, without_rounding
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, from_splats
 from quarc_ref.format.arrays import Int64
@@ -118,8 +117,8 @@ def _fit_free_gaussians(
         trainer.set_learning_rates([rate * decay for rate in rates])
         view = next(views)
         rendering = context.render(trainer.attributes.activated(), view)
-        truth = context.truth(view, frame)
-        loss = photometric_loss(rendering.image, truth, config.motion.lambda_dssim)
+        lambda_dssim = config.motion.lambda_dssim
+        loss = context.photometric_loss(rendering.image, view, frame, lambda_dssim)
         trainer.step(loss, rendering.means2d)
         context.observers.progress.advance("ladder", step + 1, iterations)
     return FitResult(trainer.attributes.detached(), survivors)

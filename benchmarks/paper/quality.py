@@ -79,6 +79,8 @@ def _measure_moving_psnr(views: Sequence[View], frame: int, capture: Capture) ->
         is_moving = _find_moving_pixels(
             capture.image(index, frame), capture.image(index, frame - 1)
         )
+        if view.mask is not None:
+            is_moving &= view.mask
         if is_moving.any():
             view_psnr.append(
                 measure_psnr(view.decoded[is_moving][:, None], view.truth[is_moving][:, None])

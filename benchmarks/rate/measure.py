@@ -6,17 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from statistics import fmean
 
-import numpy as np
-
 from atomic_files import write_atomically
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.metrics import measure_psnr
 from quarc_ref.evaluation.same_capture import open_same_capture
+from quarc_ref.evaluation.views import measure_views
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
-from quarc_ref.rendering.pictures import render_picture
 from rate.jobs import Job, encode_if_missing, list_differences
 from studies import write_status
 
@@ -63,12 +60,8 @@ def measure_first_frame_psnr(splats: Splats, stream: MeasuredStream) -> float:
     """Return the mean PSNR of a scene on the held-out pictures of frame 0, in dB."""
     capture = open_same_capture(stream.summary, stream.job.capture)
     first_ordinal = stream.summary.frames[0].frame
-    view_psnr = []
-    for index in capture.held_out:
-        picture = np.clip(render_picture(splats, stream.summary.cameras[index]), 0, 1)
-        truth = capture.image(index, first_ordinal).astype(np.float32) / np.float32(255)
-        view_psnr.append(measure_psnr(picture, truth))
-    return fmean(view_psnr)
+    views = measure_views(splats, first_ordinal, stream.summary.cameras, capture)
+    return fmean(view.psnr for view in views)
 
 
 def _load_or_measure_psnr(job: Job, data: bytes, path: Path) -> tuple[float, ...]:

@@ -25,10 +25,12 @@ from quarc_ref.encoder.training.context import Observers
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
+from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.datasets import scenes
-from tests.encoder.toys import SMALL, make_capture, make_context, make_splats
+from tests.encoder.masked_toys import ColumnMasks, add_masks
+from tests.encoder.toys import SMALL, WIDTH, make_capture, make_context, make_splats
 
 QUICK_SETTINGS = replace(SMALL, motion=replace(SMALL.motion, lr=2e-3))  # blobs move 0.05 per frame
 ATTRIBUTE_NAMES = ("means", "rotations", "log_scales", "opacities", "sh_dc", "sh_rest")
@@ -161,6 +163,24 @@ def test_dying_gaussians_leave_at_half_time_and_the_others_keep_their_opacity(mo
     assert rounded.change_counts["deaths"] == 3
     assert rounded.splats.positions.shape[0] == count - 3
     assert [step for _, step, _ in progress_calls] == list(range(1, 9))
+
+
+def test_gaussians_behind_masks_stay_as_they_are():
+    context = make_context()
+    views = TrainingViews(add_masks(make_capture(), masks=ColumnMasks(WIDTH // 8)), context.device)
+    masked_context, start_state = replace(context, views=views), _begin_frame(0)
+    start_attributes = _make_attributes(start_state)
+    is_masked = start_attributes.means[:, 0] > 1
+
+    fit_result = fit_rung(masked_context, start_state, RUNGS["dc"], 8, QUICK_SETTINGS)
+    deletion_mask = choose_deletions(masked_context, start_attributes, 0, 0.2)
+
+    assert torch.equal(fit_result.survivors, torch.arange(start_state.scene.count))
+    assert not deletion_mask.any()
+    for field in ("opacities", "sh_dc"):
+        start, end = getattr(start_attributes, field), getattr(fit_result.attributes, field)
+        assert torch.equal(end[is_masked], start[is_masked]), field
+        assert not torch.equal(end, start), field
 
 
 def test_with_free_motion_no_gaussian_dies():

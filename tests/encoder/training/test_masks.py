@@ -3,61 +3,19 @@
 from dataclasses import replace
 from io import BytesIO
 
-import numpy as np
 import pytest
 import torch
 
-from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.monitoring.monitor import TrainingStep
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.streams import decode
+from tests.encoder.masked_toys import BORDER, ColumnMasks, NoisySource, add_masks
 from tests.encoder.toys import HEIGHT, SMALL, WIDTH, make_capture, make_context
 
 FRAMES = 2
-BORDER = 28
-
-
-class _ColumnMasks:
-    """A mask source that masks the columns from `border` in all frames of all cameras."""
-
-    def __init__(self, border=BORDER):
-        self._mask = np.zeros((HEIGHT, WIDTH), bool)
-        self._mask[:, :border] = True
-
-    def read(self, _camera, _frame):
-        return self._mask
-
-
-class _NoisySource:
-    """A picture source that replaces the columns from `BORDER` by noise."""
-
-    def __init__(self, capture):
-        self._capture = capture
-
-    def read(self, camera, frame):
-        picture = self._capture.image(camera, frame).copy()
-        noise = np.random.default_rng([camera, frame]).integers(0, 256, picture.shape, np.uint8)
-        picture[:, BORDER:] = noise[:, BORDER:]
-        return picture
-
-
-def _add_masks(capture, source=None, masks=None):
-    return Capture(
-        capture.name, capture.cameras, capture.frame_count, capture.frames_per_second,
-        capture.points, source or _CopiedSource(capture), capture.fingerprint,
-        masks=masks or _ColumnMasks(),
-    )  # fmt: skip
-
-
-class _CopiedSource:
-    def __init__(self, capture):
-        self._capture = capture
-
-    def read(self, camera, frame):
-        return self._capture.image(camera, frame).copy()
 
 
 def _encode(capture, config=SMALL):
@@ -85,24 +43,23 @@ def unmasked_stream(clean_capture):
 
 @pytest.fixture(scope="module")
 def noisy_stream(clean_capture):
-    return _encode(_add_masks(clean_capture, _NoisySource(clean_capture)), FULL_CONFIG)
+    return _encode(add_masks(clean_capture, NoisySource(clean_capture)), FULL_CONFIG)
 
 
 def test_masked_pixels_change_no_byte(clean_capture, noisy_stream):
-    assert _encode(_add_masks(clean_capture), FULL_CONFIG) == noisy_stream
+    assert _encode(add_masks(clean_capture), FULL_CONFIG) == noisy_stream
 
 
 def test_masks_that_keep_everything_change_no_byte(clean_capture, unmasked_stream):
     assert (
-        _encode(_add_masks(clean_capture, masks=_ColumnMasks(WIDTH)), FULL_CONFIG)
-        == unmasked_stream
+        _encode(add_masks(clean_capture, masks=ColumnMasks(WIDTH)), FULL_CONFIG) == unmasked_stream
     )
 
 
 def test_kept_pixels_are_trained_as_well_as_without_the_fault(
     clean_capture, unmasked_stream, noisy_stream
 ):
-    noisy_capture = _add_masks(clean_capture, _NoisySource(clean_capture))
+    noisy_capture = add_masks(clean_capture, NoisySource(clean_capture))
     psnr = []
     for stream in (unmasked_stream, noisy_stream):
         group = CameraGroup(noisy_capture, clean_capture.cameras, clean_capture.training)
@@ -119,8 +76,8 @@ def test_figures_include_only_kept_pixels(unmasked_stream):
     scene = next(iter(decode(unmasked_stream)))
     figures = []
     for capture in (
-        _add_masks(clean_capture),
-        _add_masks(clean_capture, _NoisySource(clean_capture)),
+        add_masks(clean_capture),
+        add_masks(clean_capture, NoisySource(clean_capture)),
     ):
         group = CameraGroup(capture, clean_capture.cameras, clean_capture.held_out)
         group.measure(dequantize(scene), 0)
@@ -130,7 +87,7 @@ def test_figures_include_only_kept_pixels(unmasked_stream):
 
 def test_a_mask_is_halved_with_its_picture():
     views = TrainingViews(
-        _add_masks(make_capture(), masks=_ColumnMasks(BORDER - 1)), torch.device("cpu")
+        add_masks(make_capture(), masks=ColumnMasks(BORDER - 1)), torch.device("cpu")
     )
     mask, half_mask = views.mask(0, 0), views.halved().mask(0, 0)
     assert mask.shape == (HEIGHT, WIDTH, 1)
@@ -143,7 +100,7 @@ def test_a_mask_is_halved_with_its_picture():
 def test_the_gradient_of_masked_pixels_is_zero():
     context = make_context()
     masked_context = replace(
-        context, views=TrainingViews(_add_masks(make_capture()), context.device)
+        context, views=TrainingViews(add_masks(make_capture()), context.device)
     )
     image = torch.rand(HEIGHT, WIDTH, 3).requires_grad_()
     masked_context.photometric_loss(image, 0, 0, 0.2).backward()
