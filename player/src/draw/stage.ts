@@ -29,8 +29,8 @@ export interface StageEvents {
   onFault(message: string): void;
 }
 
-/** Handles a reply of the sort worker. */
-type HandleSortReply = (reply: SortReply) => void;
+/** Handles a reply of the sort worker; null if another stream or the end of the stage comes first. */
+type HandleSortReply = (reply: SortReply | null) => void;
 
 export class Stage {
   readonly #canvas: HTMLCanvasElement;
@@ -73,7 +73,7 @@ export class Stage {
     this.#painter?.dispose();
     this.#info = info;
     this.#pendingPacket = null;
-    this.#pendingRequests.clear();
+    this.#dropRequests();
     this.#sortDirection = null;
     this.#painter = this.#gl.isContextLost() ? null : new Painter(this.#gl, info);
   }
@@ -85,6 +85,7 @@ export class Stage {
     const sortPacket = { isFull, slotLimit, movedSlots, positions, freedSlots };
     const forward = this.#sortDirection = this.#viewDirection();
     this.#requestSort({ kind: "frame", packet: sortPacket, forward, token: this.#nextToken() }, (reply) => {
+      if (reply === null) return;
       this.#pendingPacket = null;
       this.#apply(packet, reply);
     });
@@ -106,10 +107,10 @@ export class Stage {
   /** Draw the current frame from an eye, off screen; see `Player.takePicture`. */
   takePicture(eye: Eye, format: PixelFormat): Promise<Float32Array> {
     return new Promise((resolve, reject) => {
-      const draw = ({ order }: SortReply): void => {
+      const draw: HandleSortReply = (reply) => {
         const painter = this.#painter;
-        if (painter === null) return reject(new DrawingError("no frame is shown"));
-        painter.setOrder(order);
+        if (painter === null || reply === null) return reject(new DrawingError("no frame is shown"));
+        painter.setOrder(reply.order);
         try {
           resolve(takePicture(painter, eye, format));
         } catch (error) {
@@ -126,6 +127,7 @@ export class Stage {
     this.#resizeObserver.disconnect();
     cancelAnimationFrame(this.#drawRequest);
     this.#sorter.terminate();
+    this.#dropRequests();
     this.#painter?.dispose();
     // A canvas on the page may get another player, which would receive the lost context.
     if (!this.#canvas.isConnected) this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
@@ -134,6 +136,11 @@ export class Stage {
   #requestSort(request: SortRequest, handleReply: HandleSortReply): void {
     this.#pendingRequests.set(request.token, handleReply);
     this.#sorter.postMessage(request);
+  }
+
+  #dropRequests(): void {
+    for (const handleReply of this.#pendingRequests.values()) handleReply(null);
+    this.#pendingRequests.clear();
   }
 
   #nextToken(): number {
@@ -171,7 +178,9 @@ export class Stage {
     const forward = this.#viewDirection();
     if (forward.every((value, axis) => value === this.#sortDirection?.[axis])) return;
     this.#sortDirection = forward;
-    this.#requestSort({ kind: "view", forward, token: this.#nextToken() }, ({ order }) => this.#setOrder(order));
+    this.#requestSort({ kind: "view", forward, token: this.#nextToken() }, (reply) => {
+      if (reply !== null) this.#setOrder(reply.order);
+    });
   }
 
   #viewDirection(): Direction {
