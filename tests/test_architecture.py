@@ -42,6 +42,7 @@ ALLOWED_FLOATS = {
     "format/coding/pricing.py": {"log2", "division"},
     # Steps, time base and cameras: fields that are not used in computations (SPEC 5.3, 5.6).
     "format/cameras.py": {"float", "math"},
+    "format/frame_rate.py": {"literal", "float", "fractions"},
     "format/layouts.py": {"Float32l"},
     "format/records.py": {"literal", "float", "division", "<f4"},
 }

@@ -10,8 +10,8 @@ import numpy as np
 from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.video import VideoReader
+from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 
-_MIN_RATE, _MAX_RATE = 1e-3, 1e6  # a stream can state all frame rates in this range
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
@@ -24,11 +24,11 @@ def require_usable_frame_rate(frames_per_second: float) -> None:
     Raises:
         FrameRateError: The frame rate is too low or too high, or is not a number.
     """
-    if not _MIN_RATE <= frames_per_second <= _MAX_RATE:
+    if not is_frame_rate(frames_per_second):
         message = (
             f"the frame rate of the capture is {frames_per_second:g} frames per second, but it "
-            f"must be from {_MIN_RATE:g} to {_MAX_RATE:,.0f}: correct 'fps' in transforms.json, or "
-            "convert the videos"
+            f"must be from {MIN_FRAME_RATE:g} to {MAX_FRAME_RATE:,.0f}: correct 'fps' in "
+            "transforms.json, or convert the videos"
         )
         raise FrameRateError(message)
 

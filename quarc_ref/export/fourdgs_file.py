@@ -23,6 +23,7 @@ from quarc_ref.export.activate import (
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.frame_rate import is_frame_rate
 
 # seconds; makes the opacity constant (the temporal model does not accept infinity)
 _CONSTANT_OPACITY_SIGMA = 1e9
@@ -125,8 +126,8 @@ def read_4dgs(data: bytes, frames_per_second: float | None = None) -> FourdgsFra
     with _convert_errors():
         duration, frame_rate, sample_at = _open_file(data)
     frame_rate = frames_per_second or frame_rate
-    if not _MIN_FRAME_RATE <= frame_rate < _MAX_FRAME_RATE:
-        message = f"the file has {frame_rate:.3g} frames per second"
+    if not is_frame_rate(frame_rate):
+        message = f"a stream cannot have {frame_rate:.3g} frames per second"
         raise ValueError(message)
     frame_count = round(duration * frame_rate)
     if not (0 < duration < np.inf and 0 < frame_count <= _MAX_FRAMES):
@@ -245,6 +246,5 @@ def _as_splats(
 _ATTRIBUTE_NAMES = ("positions", "rotations", "log_scales", "opacities", "sh")
 _MAX_FRAMES = 1 << 20
 _DEFAULT_FRAME_RATE = 30.0
-_MIN_FRAME_RATE, _MAX_FRAME_RATE = 1e-3, 1e6
 _MIN_OPACITY = 1e-4
 _MIN_SCALE = 1e-12

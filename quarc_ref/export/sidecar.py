@@ -10,13 +10,13 @@ from quarc_ref.export.upright import UPRIGHT_AXIS, make_upright_matrix, rotate_c
 from quarc_ref.format import wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import QuarcError
+from quarc_ref.format.frame_rate import is_frame_rate
 from quarc_ref.format.records import StreamHeader
 
 SIDECAR_NAME = "sequence.json"
 _SCHEMA = "quarc-ref/sequence/1"
 _MAX_CAMERAS = 1 << 12
 _MAX_BYTES = 1 << 24
-_MIN_FRAME_RATE, _MAX_FRAME_RATE = 1e-3, 1e6
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
@@ -103,7 +103,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
         _require(content["schema"] == _SCHEMA, "schema")
         _require(len(content["cameras"]) <= _MAX_CAMERAS, "cameras")
         frames_per_second, metadata = float(content["frames_per_second"]), content["metadata"]
-        _require(_MIN_FRAME_RATE <= frames_per_second < _MAX_FRAME_RATE, "frames_per_second")
+        _require(is_frame_rate(frames_per_second), "frames_per_second")
         _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
         sidecar = Sidecar(
             frames_per_second,

@@ -97,11 +97,14 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
 
 def _require_movable(target: Path) -> None:
     """Raise OutputPathError if a path is a folder that cannot be replaced by a renamed folder."""
-    is_mount_point = os.path.ismount(target)
-    kind = "a mount point" if is_mount_point else "" if target.name else "the current folder"
-    if kind:
-        message = f"{target} is {kind}, which cannot be replaced: choose a new folder in it"
-        raise OutputPathError(message)
+    if os.path.ismount(target):
+        kind = "a mount point"
+    elif not target.name:
+        kind = "the current folder"
+    else:
+        return
+    message = f"{target} is {kind}, which cannot be replaced: choose a new folder in it"
+    raise OutputPathError(message)
 
 
 def _require_available(target: Path, *, replace: bool) -> None:

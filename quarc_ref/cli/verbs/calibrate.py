@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from quarc_ref.calibration.calibrate import Calibration
     from quarc_ref.calibration.recordings import Recordings
     from quarc_ref.calibration.world import Distance
+    from quarc_ref.datasets.calibration import Lens
 
 ModelName = Literal[
     "auto",
@@ -128,7 +129,7 @@ def calibrate(
         from quarc_ref.calibration.calibrate import CalibrateOptions
         from quarc_ref.calibration.calibrate import calibrate as run_calibration
         from quarc_ref.calibration.errors import UnknownCameraError
-        from quarc_ref.calibration.lenses import LensOptions, read_lenses
+        from quarc_ref.calibration.lenses import LensOptions
         from quarc_ref.calibration.masks import read_masks
         from quarc_ref.calibration.offsets import SyncMethod
         from quarc_ref.calibration.recordings import find_recordings
@@ -137,7 +138,8 @@ def calibrate(
         from quarc_ref.datasets.errors import MaskNameError
 
         restore_sigterm_handler()
-        start_time, distance = time.monotonic(), _parse_distance(meters)
+        start_time = time.monotonic()
+        distance = _parse_distance(meters)
         reject_input_folder(output, (recordings, intrinsics, masks))
         with (
             TerminalProgress(quiet=quiet) as progress,
@@ -145,8 +147,7 @@ def calibrate(
         ):
             found_recordings = find_recordings(recordings)
             _reject_unknown_cameras(found_recordings, up, distance)
-            names, sizes = found_recordings.names, found_recordings.pictures.sizes
-            known_lenses = read_lenses(intrinsics, names, sizes) if intrinsics else None
+            known_lenses = _read_known_lenses(intrinsics, found_recordings)
             try:
                 options = CalibrateOptions(
                     LensOptions(camera_model, lenses == "shared", known_lenses),
@@ -164,6 +165,15 @@ def calibrate(
             write_report(calibration, recordings.resolve().name, folder)
         seconds = round(time.monotonic() - start_time, 1)
         _print_result(output, calibration, output / PAGE_NAME, seconds, as_json=as_json)
+
+
+def _read_known_lenses(capture: Path | None, recordings: "Recordings") -> "dict[str, Lens] | None":
+    """Return the lens of each camera from another capture; None without a capture."""
+    from quarc_ref.calibration.lenses import read_lenses
+
+    if capture is None:
+        return None
+    return read_lenses(capture, recordings.names, recordings.pictures.sizes)
 
 
 def _parse_distance(meters: tuple[str, str, float] | None) -> "Distance | None":

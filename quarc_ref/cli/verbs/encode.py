@@ -179,7 +179,8 @@ def _print_result(
     """Print the sizes of the stream, the findings and the time of the encode."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 
-    summary, rounded_seconds = inspect_stream(output.read_bytes()), round(seconds, 1)
+    summary = inspect_stream(output.read_bytes())
+    rounded_seconds = round(seconds, 1)
     if as_json:
         encode_values = {"findings": findings.as_json(), "seconds": rounded_seconds}
         print_json("encode/2", {"file": str(output), **summary.as_json(), **encode_values})

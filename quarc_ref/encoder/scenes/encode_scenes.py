@@ -9,7 +9,6 @@ more than half of its Gaussians are new, or more than the conformance level allo
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 from itertools import chain, islice, pairwise
 from typing import BinaryIO
 
@@ -38,6 +37,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.coding.gaussian_planes import order_canonical
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import EncodeError, StateError
+from quarc_ref.format.frame_rate import to_clock
 from quarc_ref.format.records import OPACITY, StreamHeader
 from quarc_ref.format.updates import Updates
 
@@ -254,7 +254,7 @@ def match_frames(previous_frame: GivenFrame, frame: GivenFrame) -> Match:
 def _make_header(
     options: SceneOptions, bounds: Bounds, first_frames: list[GivenFrame]
 ) -> StreamHeader:
-    frame_rate = Fraction(options.frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
+    timescale, frame_ticks = to_clock(options.frames_per_second)
     max_gaussians = _MAX_GROWTH_FACTOR * max(len(frame.splats.positions) for frame in first_frames)
     sufficient_levels = [
         level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians
@@ -262,8 +262,8 @@ def _make_header(
     header = replace(
         options.header,
         level=min(sufficient_levels, default=max(LEVELS)),
-        timescale=frame_rate.numerator,
-        frame_ticks=frame_rate.denominator,
+        timescale=timescale,
+        frame_ticks=frame_ticks,
         updates=True,
     )
     matches = [match_frames(previous, current) for previous, current in pairwise(first_frames)]
@@ -283,4 +283,3 @@ def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
 
 _LOOKAHEAD_FRAMES = 3
 _MAX_GROWTH_FACTOR = 2  # largest final number of Gaussians, relative to that of the first frames
-_CLOCK_DENOMINATOR_LIMIT = 1001

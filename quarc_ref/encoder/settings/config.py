@@ -7,7 +7,6 @@ step; lengths are in world units unless stated otherwise.
 """
 
 from dataclasses import dataclass, field, replace
-from fractions import Fraction
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.frames import BirthSettings, MotionSettings, UpdateSettings
@@ -20,6 +19,7 @@ from quarc_ref.encoder.settings.ranges import (
 )
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.described import described
+from quarc_ref.format.frame_rate import to_clock
 from quarc_ref.format.records import StreamHeader
 
 
@@ -93,7 +93,7 @@ def make_header(
             lowest one that allows `gaussian_count` + `births.max_births` Gaussians, and
             `births.max_births` births.
     """
-    frame_rate = Fraction(frames_per_second).limit_denominator(_CLOCK_DENOMINATOR_LIMIT)
+    timescale, frame_ticks = to_clock(frames_per_second)
     max_births = config.births.max_births
     max_gaussians = gaussian_count + max_births
     return replace(
@@ -103,11 +103,8 @@ def make_header(
             for level, limits in LEVELS.items()
             if max_gaussians <= limits.gaussians and max_births <= limits.births
         ),
-        timescale=frame_rate.numerator,
-        frame_ticks=frame_rate.denominator,
+        timescale=timescale,
+        frame_ticks=frame_ticks,
         seed=config.seed,
         snapshots=config.canonical.snapshot_interval > 0,
     )
-
-
-_CLOCK_DENOMINATOR_LIMIT = 1001
