@@ -24,12 +24,13 @@ impl State {
         Err(not_begun())
     }
 
-    /// Whether `move_by` has replaced the motion of the previous frame.
+    /// Check that no Gaussian has died since the motion was computed, or that `move_by` has
+    /// computed it again.
     pub(super) fn require_moved(&self) -> Result<()> {
         if self.motion.len() == self.ids.len() {
             return Ok(());
         }
-        Err(not_begun())
+        Err(Error::Encode("move_by has not been called for this state".into()))
     }
 
     /// Encode the symbols of each level's anchors in this frame, level 1 first.
