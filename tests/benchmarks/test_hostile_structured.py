@@ -28,7 +28,7 @@ def maker():
 
 @pytest.fixture(scope="module")
 def streams(maker, pytestconfig):
-    rounds = 4 if pytestconfig.getoption("--thorough") else 2
+    rounds = 4 if pytestconfig.getoption("--thorough") else 1
     return [maker.make(number) for number in range(rounds * _FAULT_COUNT)]
 
 
@@ -44,7 +44,7 @@ def _judge(data):
 def test_a_series_and_a_number_reproduce_the_stream(streams):
     same_series, other_series = StructuredMaker(0), StructuredMaker(1)
 
-    assert [same_series.make(number) for number in (150, 0, 7)] == [streams[i] for i in (150, 0, 7)]
+    assert [same_series.make(number) for number in (70, 0, 7)] == [streams[i] for i in (70, 0, 7)]
     assert [other_series.make(number).data for number in range(20)] != [
         stream.data for stream in streams[:20]
     ]

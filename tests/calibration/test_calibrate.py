@@ -141,7 +141,7 @@ def _rotate_camera(camera, degrees=20):
     return replace(camera, pose=make_pose(camera.pose.rotation.T @ rotation, center))
 
 
-@pytest.mark.parametrize("degrees", [0, 20])
+@pytest.mark.parametrize("degrees", [pytest.param(0, marks=pytest.mark.thorough), 20])
 def test_a_camera_with_few_points_is_left_out_if_its_picture_contradicts_its_pose(
     rig, traced_rig, tmp_path, monkeypatch, degrees
 ):

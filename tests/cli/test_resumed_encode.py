@@ -123,7 +123,9 @@ def test_resume_keeps_a_finished_file_and_rejects_other_settings(capture, encode
     assert file.stat().st_mtime_ns == modified_before
 
 
-@pytest.mark.parametrize("signal_number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    "signal_number", [signal.SIGINT, pytest.param(signal.SIGTERM, marks=pytest.mark.thorough)]
+)
 def test_a_training_interrupted_in_its_first_minute_is_kept_to_the_step(
     signal_number, capture, tmp_path
 ):
