@@ -19,11 +19,12 @@ from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.canonical import canonical_learning_rates, initialize_from_points
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Trainer
+from quarc_ref.format import container
 
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
 # Time of a step at half resolution, relative to a step at full resolution.
 _HALF_RESOLUTION_TIME_FACTOR = 0.4
-_CANONICAL_BYTES_PER_GAUSSIAN = 7.0
+_CANONICAL_BYTES_PER_GAUSSIAN, _SNAPSHOT_BYTES_PER_GAUSSIAN = 7.0, 2.5
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
 # maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0
 _MAX_GROWTH_FACTOR = 10
@@ -116,7 +117,12 @@ def _estimate_bytes(gaussian_count: float, plan: EncodePlan, config: EncoderConf
     bytes_per_frame = (
         config.target_kb_per_frame * 1024 or gaussian_count * bytes_per_gaussian * byte_factor
     )
+    kinds = config.canonical.count_frame_kinds(plan.frames)
+    keyframe_bytes_per_gaussian = (
+        kinds[container.CANO] * _CANONICAL_BYTES_PER_GAUSSIAN
+        + kinds[container.SNAP] * _SNAPSHOT_BYTES_PER_GAUSSIAN
+    )
     return (
-        gaussian_count * _CANONICAL_BYTES_PER_GAUSSIAN * byte_factor
-        + (plan.frames - 1) * bytes_per_frame
+        gaussian_count * keyframe_bytes_per_gaussian * byte_factor
+        + kinds[container.FRAM] * bytes_per_frame
     )

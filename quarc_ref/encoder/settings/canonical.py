@@ -1,5 +1,6 @@
 """Settings of canonical frames."""
 
+from collections import Counter
 from dataclasses import dataclass
 
 from quarc_ref.encoder.settings.ranges import (
@@ -156,3 +157,7 @@ class CanonicalSettings(Validated):
         if self.snapshot_interval and frame % self.snapshot_interval == 0:
             return container.SNAP
         return container.FRAM
+
+    def count_frame_kinds(self, frame_count: int) -> Counter[bytes]:
+        """Return how many of the first `frame_count` frames have each chunk type."""
+        return Counter(self.frame_kind(frame) for frame in range(frame_count))
