@@ -17,6 +17,7 @@ SIDECAR_NAME = "sequence.json"
 _SCHEMA = "quarc-ref/sequence/1"
 _MAX_CAMERAS = 1 << 12
 _MAX_BYTES = 1 << 24
+_MAX_FIRST_FRAME = 1 << 31  # leaves as many ordinals for later frames
 
 
 def build_sidecar(clip: Clip, pattern: str, first_frame: int) -> bytes:
@@ -57,6 +58,7 @@ class Sidecar:
         meters_per_unit: Size of a world unit in meters; 0 if unknown.
         cameras: Cameras of the stream.
         metadata: Metadata of the stream.
+        first_frame: Ordinal of the first frame.
     """
 
     frames_per_second: float | None = None
@@ -65,6 +67,7 @@ class Sidecar:
     meters_per_unit: float = 0.0
     cameras: tuple[Camera, ...] = ()
     metadata: dict[str, str] = field(default_factory=dict)
+    first_frame: int = 0
 
 
 def rotate_sidecar_upright(sidecar: Sidecar) -> Sidecar:
@@ -105,6 +108,8 @@ def parse_sidecar(data: bytes) -> Sidecar:
         frames_per_second, metadata = float(content["frames_per_second"]), content["metadata"]
         _require(is_frame_rate(frames_per_second), "frames_per_second")
         _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
+        first_frame = int(content["first_frame"])
+        _require(0 <= first_frame <= _MAX_FIRST_FRAME, "first_frame")
         sidecar = Sidecar(
             frames_per_second,
             1 + AXES.index(content["up"]) if content["up_is_known"] else 0,
@@ -112,6 +117,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
             float(content["meters_per_unit"] or 0),
             tuple(map(_parse_camera, content["cameras"])),
             dict(metadata),
+            first_frame,
         )
         _require_storable(sidecar)
     except (

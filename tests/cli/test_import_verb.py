@@ -32,6 +32,14 @@ def test_import_reads_the_output_of_decode(folder, tmp_path, small_stream):
         assert error <= json_output["bounds"][name] * 1.001
 
 
+def test_frames_keep_their_ordinals(stream_file, tmp_path):
+    run("decode", stream_file, "-o", tmp_path / "plys", "--frames", "2:")
+    run_json("import", tmp_path / "plys", "-o", tmp_path / "again.quarc")
+
+    data = (tmp_path / "again.quarc").read_bytes()
+    assert [scene.frame for scene in decode(data)] == [2, 3]
+
+
 def test_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
     options = ["--bound", "position=0.001", "--bound", "rotation=0.03"]
     options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]

@@ -182,6 +182,7 @@ def test_an_invalid_4dgs_is_named(data, tmp_path):
         ('"width": 64', '"width": -1'),
         ('"near": 0.5', '"near": "x"'),
         ('"frames_per_second": 25.0', '"frames_per_second": NaN'),
+        ('"first_frame": 0', '"first_frame": -1'),
         ('"cameras"', '"kameras"'),
         ('"up": "+z"', '"up": "z"'),
         ('"title": "small"', '"title": 1'),

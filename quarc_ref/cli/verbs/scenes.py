@@ -139,6 +139,7 @@ def _make_options(frames: "ImportedFrames", fps: float | None, up: str | None) -
         frame_count=frames.count,
         cameras=sidecar.cameras,
         metadata=sidecar.metadata,
+        first_frame=sidecar.first_frame,
         header=replace(
             options.header,
             up_axis=up_axis or sidecar.up_axis,
