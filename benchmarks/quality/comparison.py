@@ -35,8 +35,7 @@ def compare_studies(folder: Path, other_folder: Path) -> str:
         message = f"{folder} and {other_folder} have no capture and held-out set in common"
         raise ComparisonError(message)
     for label in shared:
-        if groups[label]["fingerprint"] != other_groups[label]["fingerprint"]:
-            write_status(f"{label}: the files of this capture differ between the two studies")
+        _warn_of_differences(label, groups[label], other_groups[label])
     differences = {label: _subtract_groups(groups[label], other_groups[label]) for label in shared}
     return _format_differences(differences)
 
@@ -48,6 +47,17 @@ def _read_groups(folder: Path) -> Groups:
         raise ComparisonError(message)
     groups = json.loads(path.read_text())["groups"]
     return {f"{group['capture']}/{group['held_out_set']}": group for group in groups}
+
+
+def _warn_of_differences(label: str, group: Mapping[str, Any], other: Mapping[str, Any]) -> None:
+    """Warn if two groups differ in more than the settings of the encoder."""
+    if group["fingerprint"] != other["fingerprint"]:
+        write_status(f"{label}: the files of this capture differ between the two studies")
+    counts = [results.get("frames") for results in (group, other)]  # not in older results
+    if None not in counts and counts[0] != counts[1]:
+        write_status(
+            f"{label}: the studies have different numbers of frames, {counts[0]} and {counts[1]}"
+        )
 
 
 def _subtract_groups(group: Mapping[str, Any], other: Mapping[str, Any]) -> dict[str, Difference]:

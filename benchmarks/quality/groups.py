@@ -78,6 +78,7 @@ class Group:
             "held_out_set": self.held_out_set,
             "held_out": self.rows[0]["held_out"],
             "fingerprint": self.rows[0]["protocol"]["fingerprint"],
+            "frames": self.rows[0]["frames"],
             "seeds": [row["seed"] for row in self.rows],
             "figures": {
                 name: statistics.as_json() for name, statistics in self.compute_statistics().items()

@@ -167,6 +167,16 @@ def test_two_studies_are_compared(study_folder, study_copy, capsys):
     assert f"| mean | +0.50 +- {error} |" in table
 
 
+def test_a_comparison_of_different_numbers_of_frames_is_named(study_folder, study_copy, capsys):
+    document = json.loads((study_copy / "quality.json").read_text())
+    document["groups"][0]["frames"] = 7
+    (study_copy / "quality.json").write_text(json.dumps(document))
+
+    assert command.main(["--out", str(study_copy), "--against", str(study_folder)]) == 0
+    message = f"{CAPTURE_NAME}/0: the studies have different numbers of frames, 7 and 2"
+    assert message in capsys.readouterr().err
+
+
 def test_a_real_capture_has_four_held_out_sets(study_folder, tmp_path):
     arguments = command._parse_arguments(
         ["--out", str(tmp_path), "--variants", "", "--seeds", "1", "--downscale", "2"]
