@@ -4,8 +4,8 @@ World units have no fixed size: a capture may use meters or the arbitrary units 
 calibration. The visibility of a quantization error depends on its size in pixels and on the
 sharpness of the pictures: a small shift is visible in sharp pictures, but not in blurred or
 oversampled pictures. The position step is therefore specified in pixels. The translation step
-is specified as the mean change of the pictures that a shift by one step causes. Both steps are
-rounded to multiples of the lattice unit.
+is specified as the root-mean-square change of the pictures that a shift by one step causes. Both
+steps are rounded to multiples of the lattice unit.
 """
 
 import math
@@ -45,7 +45,7 @@ def propose_steps(
     Args:
         header: Header from the settings. If a step is 0 in `settings`, the step in `header` is
             kept.
-        settings: Position step in pixels, and translation step as a mean change of the pictures.
+        settings: Position step in pixels, and translation step as a change of the pictures.
         cameras: The training cameras.
         points: Initial points.
         pictures: Picture `[H, W, 3]` of each training camera at frame 0.
@@ -109,26 +109,26 @@ def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:
 
 
 def measure_sharpness(pictures: Iterable[Image]) -> float:
-    """Measure the mean difference between neighboring pixels, as a fraction of white.
+    """Measure the root-mean-square difference between neighboring pixels, as a fraction of white.
 
     The mean is taken over all pixels, all color channels and both axes, after a 3x3 box filter has
-    suppressed noise. All sums are integers, so the result is the same on every machine.
+    suppressed noise. The mean of squares mostly depends on edges, so that a large dark background
+    hardly changes the step with which its subject moves. All sums are integers, so the result is
+    the same on every machine.
 
     Args:
         pictures: Pictures `[H, W, 3]`; pictures with a side shorter than 4 pixels are
             ignored.
     """
-    difference_sum = difference_count = 0
+    square_sum = difference_count = 0
     for picture in pictures:
         row_sums = picture[:-2].astype(np.int64) + picture[1:-1] + picture[2:]
         box_sums = row_sums[:, :-2] + row_sums[:, 1:-1] + row_sums[:, 2:]
         for axis in (0, 1):
-            differences = np.abs(np.diff(box_sums, axis=axis))
-            difference_sum, difference_count = (
-                difference_sum + int(differences.sum()),
-                difference_count + differences.size,
-            )
-    return difference_sum / (9 * _WHITE * max(difference_count, 1))
+            differences = np.diff(box_sums, axis=axis)
+            square_sum += int(np.square(differences).sum())
+            difference_count += differences.size
+    return math.sqrt(square_sum / max(difference_count, 1)) / (9 * _WHITE)
 
 
 def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:

@@ -52,15 +52,26 @@ def test_a_pixel_is_as_wide_as_the_median_depth_over_the_focal_length():
     assert measure_pixel_size([camera], points) == pytest.approx(2 / 50)
 
 
-def test_sharpness_is_the_change_from_pixel_to_pixel():
-    horizontal_change = (
-        2 / 255 * (38 * 57) / (38 * 57 + 37 * 58)
-    )  # the picture does not change downward
+def test_sharpness_is_the_root_mean_square_change_from_pixel_to_pixel():
+    # the picture does not change downward
+    changed_fraction = 38 * 57 / (38 * 57 + 37 * 58)
+    sharpness = 2 / 255 * changed_fraction**0.5
 
-    assert measure_sharpness([_make_gradient_picture(2 / 255)]) == pytest.approx(horizontal_change)
+    assert measure_sharpness([_make_gradient_picture(2 / 255)]) == pytest.approx(sharpness)
     assert measure_sharpness(
         [_make_gradient_picture(2 / 255), _make_gradient_picture(0.0)]
-    ) == pytest.approx(horizontal_change / 2)
+    ) == pytest.approx(sharpness / 2**0.5)
+
+
+def test_texture_of_the_background_hardly_changes_sharpness():
+    rng = np.random.default_rng(3)
+    subject = np.kron(rng.integers(0, 256, (10, 10, 3)), np.ones((4, 4, 1))).astype(np.uint8)
+    plain, textured = (np.full((120, 120, 3), 128, np.uint8) for _ in range(2))
+    textured += (np.arange(120) // 4 % 2 * 8).astype(np.uint8)[:, None, None]
+    for picture in (plain, textured):
+        picture[40:80, 40:80] = subject
+
+    assert measure_sharpness([textured]) == pytest.approx(measure_sharpness([plain]), rel=0.05)
 
 
 def test_noise_hardly_increases_sharpness():

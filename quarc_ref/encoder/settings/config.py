@@ -34,9 +34,9 @@ class StepSettings(Validated):
     )
     translation_change: NonNegativeFloat = described(
         0.0,
-        "Mean pixel change, as a fraction of white, that a shift of the pictures of frame 0 by one "
-        "translation step should cause. The translation step is chosen accordingly, but is at most "
-        "one pixel. 0: use stream.translation_step, which is in lattice units.",
+        "Root-mean-square pixel change, as a fraction of white, that a shift of the pictures of "
+        "frame 0 by one translation step should cause. The translation step is chosen accordingly, "
+        "but is at most one pixel. 0: use stream.translation_step, which is in lattice units.",
     )
 
 
