@@ -112,9 +112,9 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
     """Measure the root-mean-square difference between neighboring pixels, as a fraction of white.
 
     The mean is taken over all pixels, all color channels and both axes, after a 3x3 box filter has
-    suppressed noise. The mean of squares mostly depends on edges, so that a large dark background
-    hardly changes the step with which its subject moves. All sums are integers, so the result is
-    the same on every machine.
+    suppressed noise. Squares give edges more weight than a mean of magnitudes would, so that large
+    plain areas, such as a dark background, reduce the result less. All sums are integers, so the
+    result is the same on every machine.
 
     Args:
         pictures: Pictures `[H, W, 3]`; pictures with a side shorter than 4 pixels are
