@@ -16,7 +16,11 @@ from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.straight_through import translation_step, without_rounding
+from quarc_ref.encoder.training.straight_through import (
+    position_step,
+    translation_step,
+    without_rounding,
+)
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, from_splats
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.records import StreamHeader
@@ -137,7 +141,7 @@ def _choose_learning_rates(
     if not rung.uses_canonical_rates:
         motion = config.motion
         levels = sum(motion.level_lr_factor**level for level in range(header.level_count))
-        translation = motion.translation_lr * translation_step(header) or motion.lr
+        translation = motion.translation_lr * position_step(header) or motion.lr
         rates[_TRANSLATION], rates[_ROTATION] = translation * levels, motion.lr * levels
     rates[_SH_REST] *= rung.sh_rest_rate_factor
     return [rate * (name in rung.free) for name, rate in zip(_FIELD_ORDER, rates, strict=True)]

@@ -15,7 +15,7 @@ from paper.scenes import format_scenes, format_scenes_csv
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
+from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
 from quarc_ref.evaluation.lpips import Lpips

@@ -261,7 +261,6 @@ def _change_step(base_config: EncoderConfig, factor: float) -> EncoderConfig:
     """
     if factor == 1:
         return base_config
-    motion = replace(base_config.motion, translation_lr=base_config.motion.translation_lr / factor)
     doublings = min(
         _LATTICE_DOUBLINGS, LATTICE_EXPONENT_LIMIT - base_config.stream.lattice_exponent
     )
@@ -272,7 +271,7 @@ def _change_step(base_config: EncoderConfig, factor: float) -> EncoderConfig:
         position_step=base_config.stream.position_step << doublings,
         translation_step=max(1, round(step_in_units)),
     )
-    return replace(base_config, motion=motion, stream=stream)
+    return replace(base_config, stream=stream)
 
 
 EXPERIMENTS: dict[str, Callable[[EncoderConfig], Experiment]] = {

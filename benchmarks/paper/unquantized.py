@@ -26,7 +26,8 @@ from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
-from quarc_ref.encoder.encode_stream import adapt_steps_to_capture, count_deaths
+from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
+from quarc_ref.encoder.encode_stream import count_deaths
 from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.birth_selection import ByteCost
 from quarc_ref.encoder.frames.births import fit_births

@@ -13,7 +13,7 @@ from statistics import fmean
 from canonical_cache import CanonicalCache
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
-from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
+from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.format.constants import ROTATION_UNITY_LIMIT
 from rate.claims import Claim, amortize_file
@@ -56,6 +56,7 @@ def list_adapted_steps(config: EncoderConfig, capture: Capture) -> Changes:
     return (
         ("steps.position_pixels", "0"),
         ("steps.translation_change", "0"),
+        ("steps.translation_error", "0"),
         ("stream.lattice_exponent", f"{stream.lattice_exponent}"),
         ("stream.position_step", f"{stream.position_step}"),
         ("stream.translation_step", f"{stream.translation_step}"),

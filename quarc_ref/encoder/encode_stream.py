@@ -18,6 +18,12 @@ import numpy as np
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.decoder.limits import find_max_births
+from quarc_ref.encoder.adapt_steps import (
+    adapt_steps_to_capture,
+    adapt_steps_to_error,
+    copy_translation_step,
+    should_measure_error,
+)
 from quarc_ref.encoder.checks.first_frame_check import check_first_frame
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
@@ -33,16 +39,18 @@ from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
 from quarc_ref.encoder.settings.config import EncoderConfig, make_header
 from quarc_ref.encoder.settings.frames import BirthSettings
-from quarc_ref.encoder.steps import propose_steps
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers, TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
+from quarc_ref.encoder.training.first_frame import (
+    measure_error,
+    measure_loss,
+    refit_exposures,
+)
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.encoder.training.views import TrainingViews
-from quarc_ref.encoder.world_frame import set_world_frame
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -140,6 +148,10 @@ class _Encoding:
         header = make_header(config, capture.frames_per_second, config.canonical.max_gaussians)
         objective = CanonicalObjective(config.canonical, header, choose_rd_factor(config, []))
         attributes = train_canonical(self._context, capture.points, objective, self._checkpoint)
+        if should_measure_error(config, capture):
+            fits_exposures = config.canonical.exposure_lr > 0
+            error = measure_error(self._context, attributes, fits_exposures=fits_exposures)
+            self._config = adapt_steps_to_error(config, capture, error)
         gaussians = quantize_gaussians(drop_unrepresentable(attributes, header), header)
         self._open(sink, gaussians.count)
         state = self._loop.commit_canonical(gaussians, frame=0)
@@ -150,6 +162,8 @@ class _Encoding:
 
     def resume_from(self, sink: BinaryIO, partial_stream: PartialStream) -> None:
         """Restore the state of the encode by decoding the frames of a partial stream."""
+        if should_measure_error(self._config, self._capture):
+            self._config = copy_translation_step(self._config, partial_stream.header)
         initial_gaussian_count = wire.parse_canonical(
             partial_stream.frames[0].payload
         ).gaussian_count
@@ -257,23 +271,6 @@ class _Encoding:
         """Return the checkpoint for the inputs of this encode, or None if `path` is None."""
         cameras = [asdict(camera) for camera in self._capture.cameras]
         return None if path is None else Checkpoint(path, [self._metadata, cameras])
-
-
-def adapt_steps_to_capture(config: EncoderConfig, capture: Capture) -> EncoderConfig:
-    """Return settings whose quantization steps suit the training views of a capture.
-
-    All segments of a capture get the same steps, so that their streams can be joined.
-
-    Raises:
-        CaptureError: A picture cannot be read.
-        EncodeError: No initial point is visible in a training view, or the format does not support
-            the steps.
-    """
-    full_capture = capture.full_capture
-    cameras = [full_capture.cameras[index] for index in full_capture.training]
-    pictures = (full_capture.image(index, 0) for index in full_capture.training)
-    header = propose_steps(config.stream, config.steps, cameras, full_capture.points, pictures)
-    return replace(config, stream=set_world_frame(header, full_capture.notes))
 
 
 def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:

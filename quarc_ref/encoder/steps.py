@@ -4,8 +4,9 @@ World units have no fixed size: a capture may use meters or the arbitrary units 
 calibration. The visibility of a quantization error depends on its size in pixels and on the
 sharpness of the pictures: a small shift is visible in sharp pictures, but not in blurred or
 oversampled pictures. The position step is therefore specified in pixels. The translation step
-is specified as the root-mean-square change of the pictures that a shift by one step causes. Both
-steps are rounded to multiples of the lattice unit.
+is specified as the root-mean-square change of the pictures that a shift by one step causes, at
+first absolutely and, once frame 0 is trained, relative to the error of frame 0. Both steps are
+rounded to multiples of the lattice unit.
 """
 
 import math
@@ -25,7 +26,7 @@ from quarc_ref.format.records import StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
 _RANGE_FACTOR = 4  # range of the lattice, relative to the largest coordinate
-_MAX_TRANSLATION_PIXELS = 1.0
+_MIN_TRANSLATION_PIXELS, _MAX_TRANSLATION_PIXELS = 0.02, 1.0
 _WHITE = 255
 
 
@@ -54,19 +55,22 @@ def propose_steps(
         EncodeError: No initial point is visible in a training view, or the format does not support
             the steps.
     """
-    if not (settings.position_pixels or settings.translation_change):
+    if settings == StepSettings():
         return header
     pixel_size = measure_pixel_size(cameras, points)
     position_step_size = settings.position_pixels * pixel_size or position_step(header)
     translation_step_size = translation_step(header)
     if settings.translation_change:
-        sharpness = max(
-            measure_sharpness(pictures), settings.translation_change / _MAX_TRANSLATION_PIXELS
+        sharpness = measure_sharpness(pictures)
+        translation_step_size = pixel_size * _translation_pixels(
+            settings.translation_change, sharpness
         )
-        translation_step_size = settings.translation_change / sharpness * pixel_size
     step_sizes = position_step_size, translation_step_size
+    finest_step_size = min(step_sizes)
+    if settings.translation_error:
+        finest_step_size = min(finest_step_size, _MIN_TRANSLATION_PIXELS * pixel_size)
     try:
-        exponent = _choose_exponent(min(step_sizes), _measure_max_coordinate(cameras, points))
+        exponent = _choose_exponent(finest_step_size, _measure_max_coordinate(cameras, points))
         position_units, translation_units = (_to_lattice_units(x, exponent) for x in step_sizes)
         return replace(
             header,
@@ -81,6 +85,31 @@ def propose_steps(
             "steps.position_pixels or steps.translation_change, or scale the capture"
         )
         raise EncodeError(message) from error
+
+
+def replace_translation_step(
+    header: StreamHeader,
+    change: float,
+    cameras: Sequence[Camera],
+    points: Points,
+    pictures: Iterable[Image],
+) -> StreamHeader:
+    """Return a header with a translation step that causes a given change of the pictures.
+
+    Args:
+        header: Header from `propose_steps`, whose lattice is kept.
+        change: Root-mean-square change of the pictures, as a fraction of white.
+        cameras: The training cameras.
+        points: Initial points.
+        pictures: Picture `[H, W, 3]` of each training camera at frame 0.
+
+    Raises:
+        EncodeError: No initial point is visible in a training view.
+    """
+    pixels = _translation_pixels(change, measure_sharpness(pictures))
+    step_size = pixels * measure_pixel_size(cameras, points)
+    step_units = _to_lattice_units(step_size, header.lattice_exponent)
+    return replace(header, translation_step=step_units)
 
 
 def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:
@@ -129,6 +158,12 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
             square_sum += int(np.square(differences).sum())
             difference_count += differences.size
     return math.sqrt(square_sum / max(difference_count, 1)) / (9 * _WHITE)
+
+
+def _translation_pixels(change: float, sharpness: float) -> float:
+    """Return the shift in pixels that changes pictures of a sharpness by a given amount."""
+    pixels = change / max(sharpness, change / _MAX_TRANSLATION_PIXELS)
+    return max(pixels, _MIN_TRANSLATION_PIXELS)
 
 
 def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
+from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point

@@ -1,3 +1,4 @@
+import io
 from dataclasses import replace
 
 import numpy as np
@@ -6,15 +7,23 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.encoder.encode_stream import adapt_steps_to_capture
+from quarc_ref.encoder import EncodeOptions, encode, encode_stream
+from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture, adapt_steps_to_error
 from quarc_ref.encoder.segments import slice_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
-from quarc_ref.encoder.steps import measure_pixel_size, measure_sharpness, propose_steps
+from quarc_ref.encoder.steps import (
+    measure_pixel_size,
+    measure_sharpness,
+    propose_steps,
+    replace_translation_step,
+)
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
+from quarc_ref.format import wire
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
-from tests.encoder.toys import make_cameras, make_capture
+from quarc_ref.streams.chunk_reader import split_chunks
+from tests.encoder.toys import SMALL, make_cameras, make_capture
 
 _SETTINGS = StepSettings(position_pixels=0.25, translation_change=0.004)
 _CAMERAS_AND_POINTS = make_cameras(), make_capture().points
@@ -186,3 +195,66 @@ def test_a_segment_of_a_capture_has_the_steps_of_the_whole():
 
     assert (segment.image(1, 0) != capture.image(1, 0)).any()
     assert adapt_steps_to_capture(config, segment) == adapt_steps_to_capture(config, capture)
+
+
+_ERROR_SETTINGS = replace(_SETTINGS, translation_error=0.25)
+
+
+def test_the_error_of_frame_0_sets_the_translation_step():
+    capture = make_capture()
+    config = adapt_steps_to_capture(EncoderConfig(steps=_ERROR_SETTINGS), capture)
+    sharpness = measure_sharpness(capture.image(index, 0) for index in capture.training)
+    pixel = measure_pixel_size([capture.cameras[i] for i in capture.training], capture.points)
+
+    for error in (0.01, 0.04):
+        adapted = adapt_steps_to_error(config, capture, error)
+
+        step = 0.25 * error / sharpness * pixel
+        assert translation_step(adapted.stream) == pytest.approx(step, rel=1 / 16)
+        assert adapted == replace(
+            config,
+            stream=replace(config.stream, translation_step=adapted.stream.translation_step),
+        )
+
+
+@pytest.mark.parametrize(("change", "pixels"), [(0.0, 0.02), (1e-9, 0.02), (1e3, 1.0)])
+def test_the_translation_step_is_at_least_a_fiftieth_of_a_pixel(change, pixels):
+    header = _propose(settings=_ERROR_SETTINGS)
+
+    replaced = replace_translation_step(header, change, *_CAMERAS_AND_POINTS, _PICTURES)
+
+    pixel = measure_pixel_size(*_CAMERAS_AND_POINTS)
+    assert translation_step(replaced) == pytest.approx(pixels * pixel, rel=1 / 16)
+
+
+def test_plain_areas_do_not_change_the_step_for_an_error():
+    rng = np.random.default_rng(3)
+    subject = np.kron(rng.integers(0, 256, (10, 10, 3)), np.ones((4, 4, 1))).astype(np.uint8)
+    picture, padded_picture = np.zeros((80, 80, 3), np.uint8), np.zeros((160, 160, 3), np.uint8)
+    picture[20:60, 20:60] = padded_picture[20:60, 20:60] = subject
+    header = _propose(settings=_ERROR_SETTINGS)
+
+    steps = [
+        replace_translation_step(header, change, *_CAMERAS_AND_POINTS, [any_picture])
+        for any_picture, change in ((picture, 0.01), (padded_picture, 0.005))
+    ]
+
+    assert translation_step(steps[1]) == pytest.approx(translation_step(steps[0]), rel=0.05)
+
+
+def test_a_stream_has_the_step_of_its_frame_0_but_a_segment_does_not(monkeypatch):
+    monkeypatch.setattr(encode_stream, "measure_error", lambda *_, **__: 0.5)
+    canonical = replace(SMALL.canonical, iterations=2)
+    config = replace(SMALL, steps=_ERROR_SETTINGS, canonical=canonical)
+
+    def encode_header(capture):
+        sink = io.BytesIO()
+        encode(capture, sink, EncodeOptions(config, 1, "cpu", checks=False))
+        return wire.parse_stream_header(next(split_chunks(sink.getvalue())).payload)
+
+    capture = make_capture()
+    adapted = adapt_steps_to_capture(config, capture)
+    expected = adapt_steps_to_error(adapted, capture, 0.5).stream.translation_step
+    assert encode_header(capture).translation_step == expected
+    segment_step = encode_header(slice_capture(capture, 0, 1)).translation_step
+    assert segment_step == adapted.stream.translation_step != expected

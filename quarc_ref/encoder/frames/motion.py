@@ -22,7 +22,11 @@ from quarc_ref.encoder.settings.frames import MotionSettings, UpdateSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics
 from quarc_ref.encoder.training.quantize import quantize_residuals
-from quarc_ref.encoder.training.straight_through import round_to_step, translation_step
+from quarc_ref.encoder.training.straight_through import (
+    position_step,
+    round_to_step,
+    translation_step,
+)
 from quarc_ref.encoder.training.trainable import (
     ADAM_EPSILON,
     Attributes,
@@ -184,6 +188,7 @@ class _Residuals:
 
     def __init__(self, initial_values: Tensor, level_offsets: Tensor, header: StreamHeader) -> None:
         self._step_sizes = (translation_step(header), 1 / header.rotation_unity)
+        self._position_step = position_step(header)
         self._anchor_counts = level_offsets.diff().tolist()
         level_starts, level_ends = level_offsets[:-1].tolist(), level_offsets[1:].tolist()
         self._leaves_by_component = [
@@ -202,7 +207,7 @@ class _Residuals:
 
     def learning_rates(self, settings: MotionSettings, decay: float) -> list[float]:
         """Return the learning rate of each tensor in `leaves`, multiplied by a decay factor."""
-        translation_lr = settings.translation_lr * self._step_sizes[0] or settings.lr
+        translation_lr = settings.translation_lr * self._position_step or settings.lr
         return [
             lr * decay * settings.level_lr_factor**level
             for lr in (translation_lr, settings.lr)

@@ -38,6 +38,12 @@ class StepSettings(Validated):
         "frame 0 by one translation step should cause. The translation step is chosen accordingly, "
         "but is at most one pixel. 0: use stream.translation_step, which is in lattice units.",
     )
+    translation_error: NonNegativeFloat = described(
+        0.0,
+        "The change of steps.translation_change relative to the root-mean-square error of trained "
+        "frame 0. Segments, whose streams need equal steps, ignore this setting. 0: use "
+        "steps.translation_change.",
+    )
 
 
 @dataclass(frozen=True, slots=True)

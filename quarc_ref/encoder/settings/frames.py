@@ -34,7 +34,7 @@ class MotionSettings(Validated):
     )
     translation_lr: NonNegativeFloat = described(
         0.0,
-        "Learning rate of translation residuals at anchor level 1 (the finest), in translation "
+        "Learning rate of translation residuals at anchor level 1 (the finest), in position "
         "steps, whose size depends on the scale of the capture; 0: use motion.lr (paper).",
     )
     level_lr_factor: NonNegativeFloat = described(

@@ -45,7 +45,7 @@ _MAIN = EncoderConfig(
         sh_rest_step=1 / 16,
         updates=True,
     ),
-    steps=StepSettings(position_pixels=0.2, translation_change=0.0036),
+    steps=StepSettings(position_pixels=0.2, translation_change=0.0036, translation_error=0.25),
     canonical=CanonicalSettings(
         iterations=4000,
         initial_gaussians=20_000,

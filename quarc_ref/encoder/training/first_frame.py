@@ -1,9 +1,11 @@
-"""Computes exposures and reference loss from decoded frame 0, for use in all later frames.
+"""Measures frame 0; the results are used in all later frames.
 
-Exposures and loss depend only on the stream and the pictures, so a resumed encode computes
-the same values.
+Before frame 0 is coded, its error sets the translation step in the header. Exposures and reference
+loss are computed from decoded frame 0. They depend only on the stream and the pictures, so a
+resumed encode computes the same values.
 """
 
+import math
 from collections.abc import Iterator
 
 import torch
@@ -12,7 +14,26 @@ from torch import Tensor
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.encoder.training.trainable import Attributes, from_splats
+
+
+def measure_error(
+    context: TrainingContext, attributes: Attributes, *, fits_exposures: bool
+) -> float:
+    """Return the root-mean-square error of frame 0 over the training views, as a fraction of white.
+
+    Args:
+        context: Training views and renderer.
+        attributes: Gaussians of frame 0.
+        fits_exposures: Whether the exposures of the views are estimated from these Gaussians first.
+    """
+    if fits_exposures:
+        context.exposures.estimate_all(_render_attributes(context, attributes, 0))
+    squared_errors = [
+        float((image - context.truth(view, 0)).square().mean())
+        for view, (image, _) in enumerate(_render_attributes(context, attributes, 0))
+    ]
+    return math.sqrt(sum(squared_errors) / len(squared_errors))
 
 
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:
@@ -20,12 +41,8 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
 
     Masked pixels are black in both images.
     """
-    gaussians = from_splats(dequantize(state.scene), context.device).activated()
-    for view in range(len(context.views.cameras)):
-        with torch.no_grad():
-            image = context.render(gaussians, view).image
-        image = context.apply_mask(image, view, state.scene.frame)
-        yield image, context.views.picture(view, state.scene.frame)
+    attributes = from_splats(dequantize(state.scene), context.device)
+    return _render_attributes(context, attributes, state.scene.frame)
 
 
 def refit_exposures(context: TrainingContext, state: FrameState) -> None:
@@ -46,3 +63,13 @@ def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: floa
         for view, (image, _) in enumerate(render_views(context, state))
     ]
     return sum(losses) / len(losses)
+
+
+def _render_attributes(
+    context: TrainingContext, attributes: Attributes, frame: int
+) -> Iterator[tuple[Tensor, Tensor]]:
+    gaussians = attributes.activated()
+    for view in range(context.view_count):
+        with torch.no_grad():
+            image = context.render(gaussians, view).image
+        yield context.apply_mask(image, view, frame), context.views.picture(view, frame)

@@ -14,7 +14,7 @@ from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.quantize import quantize_gaussians
-from quarc_ref.encoder.training.straight_through import without_rounding
+from quarc_ref.encoder.training.straight_through import position_step, without_rounding
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.arrays import Int64
@@ -29,7 +29,7 @@ _HEADER = StreamHeader(
     gaussians_per_anchor=4,
     log_scale_step=float(np.float32(math.log(_SCALE_FACTOR) / _SCALE_FACTOR_CODES)),
 )
-_MOTION = replace(SMALL.motion, iterations=12, translation_lr=3.0)
+_MOTION = replace(SMALL.motion, iterations=12, translation_lr=5.25)
 
 
 def _make_state() -> State:
@@ -90,9 +90,9 @@ def test_a_capture_in_other_units_moves_by_the_same_symbols():
     )  # a few symbols depend on the last bits of floats
 
 
-def test_the_learning_rate_of_translations_is_in_world_units_or_in_steps():
+def test_the_learning_rate_of_translations_is_in_world_units_or_in_position_steps():
     context, state = make_context(), _make_state()
-    step = _HEADER.translation_step * 2.0**-_HEADER.lattice_exponent
+    step = position_step(_HEADER)
 
     step_settings = replace(_MOTION, lr=1e-3, translation_lr=2.0)
     unit_settings = replace(_MOTION, lr=2.0 * step, translation_lr=0.0)

@@ -4,6 +4,7 @@ import pytest
 
 from quarc_ref.encoder import EncodeOptions, encode_stream
 from quarc_ref.encoder.resume.partial_stream import PartialStream, read_partial_stream
+from quarc_ref.encoder.settings.config import StepSettings
 from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.encoder.stream_file import encode_file
@@ -19,6 +20,7 @@ from tests.streams.edits import cut_bytes, join_bytes
 CONFIG = replace(
     SMALL,
     stream=replace(SMALL.stream, updates=True),
+    steps=StepSettings(position_pixels=0.2, translation_change=0.004, translation_error=0.25),
     canonical=replace(
         SMALL.canonical, iterations=30, exposure_lr=0.2, exposure_from_iter=5, keyframe_interval=3
     ),
