@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.format.records import StreamHeader
 from rate.planes import (
     compress_lzma,
     compress_zstd,
@@ -101,6 +102,51 @@ def test_floats_are_92_bytes_per_gaussian_and_28_per_anchor(states_and_symbols):
         "motion": 28 * anchors,
         "births": 92 * newborn,
     }
+
+
+@pytest.fixture(scope="module")
+def updated_states_and_symbols():
+    header = StreamHeader(seed=7, gaussians_per_anchor=4, updates=True, snapshots=True)
+    data, states = make_stream(header, frame_count=5, snapshot_every=3)
+    return states, list(read_symbols(data))
+
+
+def test_updates_are_index_steps_deletions_and_residuals(updated_states_and_symbols):
+    states, frames = updated_states_and_symbols
+
+    frame = next(f for f in range(1, 5) if states[f].updates and states[f].updates.dies.any())
+    updates = states[frame].updates
+    assert updates.dies.sum() < updates.count
+    rows = [np.diff(updates.gaussians, prepend=0), updates.dies.astype(np.int64)]
+    rows += list(updates.residuals[:, ~updates.dies])
+    block = pack_frame(frames[frame])["updates"]
+    assert _unpack_rows(block, [row.tolist() for row in rows]) == [row.tolist() for row in rows]
+    assert "updates" not in pack_frame(frames[0])
+
+
+def test_a_snapshot_is_one_block(updated_states_and_symbols):
+    states, frames = updated_states_and_symbols
+
+    assert [set(pack_frame(frame)) >= {"snapshots"} for frame in frames] == [
+        *(False, False, False, True, False)
+    ]
+    assert set(pack_frame(frames[3])) == {"snapshots"}
+    snapshot, canonical = frames[3].snapshot
+    assert snapshot.gaussians.count == states[3].scene.count
+    survivor_count = np.count_nonzero(snapshot.canonical_indices >= 0)
+    lives = np.frombuffer(pack_frame(frames[3])["snapshots"][: canonical.count], np.int8)
+    assert lives.sum() == survivor_count < snapshot.gaussians.count
+
+
+def test_floats_are_52_bytes_per_update_and_92_per_gaussian_of_a_snapshot(
+    updated_states_and_symbols,
+):
+    states, frames = updated_states_and_symbols
+    changed = sum(np.count_nonzero(~frame.updates.dies) for frame in frames if frame.updates)
+
+    sizes = sum_float_bytes(frames)
+    assert sizes["updates"] == 52 * changed > 0
+    assert sizes["snapshots"] == 92 * states[3].scene.count
 
 
 @given(st.binary(max_size=300))
