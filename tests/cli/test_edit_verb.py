@@ -50,6 +50,7 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
         (["--recolor", "gain=0"], "above 0"),
         (["--recolor", "hue=1"], "NAME is one of gain"),
         (["--recolor", "red=nan"], "1 numbers"),
+        (["--recolor", "red=0.1", "--recolor", "red=0.2"], "red is given twice"),
     ],
 )
 def test_contradicting_options_are_a_usage_error(options, message, stream_file, tmp_path):

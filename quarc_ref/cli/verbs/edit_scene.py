@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from quarc_ref.encoder.scenes.recolor import Recoloring
     from quarc_ref.streams import Source
 
-_CHANNELS = ("red", "green", "blue")
+_COLOR_CHANGES = {"gain": 1.0, "red": 0.0, "green": 0.0, "blue": 0.0}  # with defaults
 
 
 def edit(
@@ -166,21 +166,24 @@ def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float
 def _parse_recoloring(changes: list[str]) -> "Recoloring":
     from quarc_ref.encoder.scenes.recolor import Recoloring
 
-    values = {"gain": 1.0, **dict.fromkeys(_CHANNELS, 0.0)}
+    values: dict[str, float] = {}
     for change in changes:
         name, _, text = change.partition("=")
-        if name not in values:
+        if name not in _COLOR_CHANGES:
             message = (
-                f"--recolor takes NAME=VALUE, where NAME is one of {', '.join(values)}; got "
-                f"{change!r}"
+                f"--recolor takes NAME=VALUE, where NAME is one of {', '.join(_COLOR_CHANGES)}; "
+                f"got {change!r}"
             )
             raise UsageError(message)
+        if name in values:
+            message = f"--recolor {name} is given twice"
+            raise UsageError(message)
         (values[name],) = _parse_numbers(f"--recolor {name}", text, (1,))
-    if values["gain"] <= 0:
+    gain, red, green, blue = (values.get(name, default) for name, default in _COLOR_CHANGES.items())
+    if gain <= 0:
         message = "--recolor gain=VALUE takes a number above 0"
         raise UsageError(message)
-    red, green, blue = (values[name] for name in _CHANNELS)
-    return Recoloring(values["gain"], (red, green, blue))
+    return Recoloring(gain, (red, green, blue))
 
 
 def _print_result(output: Path, count: int, report: "SceneReport | None", *, as_json: bool) -> None:
