@@ -40,8 +40,9 @@ def propose_steps(
     """Return a header with a lattice and steps that suit a capture.
 
     The smaller step is 8 to 16 lattice units, so that rounding changes the steps by at most a
-    sixteenth. If a lattice this fine does not cover four times the largest coordinate of cameras
-    and points, a coarser lattice is used.
+    sixteenth. With `translation_error`, this also holds for the smallest translation step that can
+    be chosen later. If a lattice this fine does not cover four times the largest coordinate of
+    cameras and points, a coarser lattice is used.
 
     Args:
         header: Header from the settings. If a step is 0 in `settings`, the step in `header` is
@@ -162,8 +163,9 @@ def measure_sharpness(pictures: Iterable[Image]) -> float:
 
 def _translation_pixels(change: float, sharpness: float) -> float:
     """Return the shift in pixels that changes pictures of a sharpness by a given amount."""
-    pixels = change / max(sharpness, change / _MAX_TRANSLATION_PIXELS)
-    return max(pixels, _MIN_TRANSLATION_PIXELS)
+    if change >= _MAX_TRANSLATION_PIXELS * sharpness:  # also if both are 0
+        return _MAX_TRANSLATION_PIXELS
+    return max(change / sharpness, _MIN_TRANSLATION_PIXELS)
 
 
 def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:

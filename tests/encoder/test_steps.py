@@ -217,11 +217,15 @@ def test_the_error_of_frame_0_sets_the_translation_step():
         )
 
 
-@pytest.mark.parametrize(("change", "pixels"), [(0.0, 0.02), (1e-9, 0.02), (1e3, 1.0)])
-def test_the_translation_step_is_at_least_a_fiftieth_of_a_pixel(change, pixels):
+@pytest.mark.parametrize(
+    ("slope", "change", "pixels"),
+    [(2 / 255, 0.0, 0.02), (2 / 255, 1e-9, 0.02), (2 / 255, 1e3, 1.0), (0.0, 0.0, 1.0)],
+)
+def test_the_translation_step_is_from_a_fiftieth_of_a_pixel_to_a_pixel(slope, change, pixels):
     header = _propose(settings=_ERROR_SETTINGS)
+    pictures = [_make_gradient_picture(slope)]
 
-    replaced = replace_translation_step(header, change, *_CAMERAS_AND_POINTS, _PICTURES)
+    replaced = replace_translation_step(header, change, *_CAMERAS_AND_POINTS, pictures)
 
     pixel = measure_pixel_size(*_CAMERAS_AND_POINTS)
     assert translation_step(replaced) == pytest.approx(pixels * pixel, rel=1 / 16)
