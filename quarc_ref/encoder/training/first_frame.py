@@ -22,6 +22,8 @@ def measure_error(
 ) -> float:
     """Return the root-mean-square error of frame 0 over the training views, as a fraction of white.
 
+    Masked pixels are not counted. If all pixels are masked, the error is 0.
+
     Args:
         context: Training views and renderer.
         attributes: Gaussians of frame 0.
@@ -29,11 +31,12 @@ def measure_error(
     """
     if fits_exposures:
         context.exposures.estimate_all(_render_attributes(context, attributes, 0))
-    squared_errors = [
-        float((image - context.truth(view, 0)).square().mean())
-        for view, (image, _) in enumerate(_render_attributes(context, attributes, 0))
-    ]
-    return math.sqrt(sum(squared_errors) / len(squared_errors))
+    squared_error = used_share = 0.0
+    for view, (image, _) in enumerate(_render_attributes(context, attributes, 0)):
+        mask = context.views.mask(view, 0)
+        squared_error += float((image - context.truth(view, 0)).square().mean())
+        used_share += 1.0 if mask is None else float(mask.mean())
+    return math.sqrt(squared_error / used_share) if used_share else 0.0
 
 
 def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[Tensor, Tensor]]:

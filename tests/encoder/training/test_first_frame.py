@@ -1,11 +1,15 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from quarc_ref.encoder.training.first_frame import measure_error
 from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.rendering.pictures import render_picture
-from tests.encoder.toys import make_context, make_splats
+from tests.encoder.masked_toys import BORDER, ColumnMasks, add_masks
+from tests.encoder.toys import make_capture, make_context, make_splats
 
 
 def test_the_error_is_the_root_mean_square_over_all_pixels_after_exposure_correction():
@@ -21,6 +25,27 @@ def test_the_error_is_the_root_mean_square_over_all_pixels_after_exposure_correc
     ]
     assert error == pytest.approx(np.sqrt(np.mean(np.square(differences))), rel=1e-4)
     assert error > 0.01
+
+
+def test_masked_pixels_do_not_count():
+    splats = make_splats(2)
+
+    error = _measure_masked_error(splats, ColumnMasks())
+
+    views = make_context().views
+    differences = [
+        (render_picture(splats, camera) - views.picture(view, 0).numpy())[:, :BORDER]
+        for view, camera in enumerate(views.cameras)
+    ]
+    assert error == pytest.approx(np.sqrt(np.mean(np.square(differences))), rel=1e-4)
+    assert _measure_masked_error(splats, ColumnMasks(border=0)) == 0
+
+
+def _measure_masked_error(splats, masks):
+    context = make_context()
+    views = TrainingViews(add_masks(make_capture(), masks=masks), context.device)
+    attributes = from_splats(splats, context.device)
+    return measure_error(replace(context, views=views), attributes, fits_exposures=False)
 
 
 def test_exposures_that_are_fitted_first_do_not_contribute_to_the_error():
