@@ -1,7 +1,7 @@
 """Adapts the quantization steps of an encode to the pictures of its capture (`steps`).
 
-The steps of the header are chosen before frame 0 is trained. When it is trained, the translation
-step is chosen again from its error, except in segments. A resumed encode takes that step from the
+All steps are chosen before frame 0 is trained. After training, the translation step is chosen
+again, from the error of frame 0, except in segments. A resumed encode copies this step from the
 partial stream.
 """
 

@@ -4,9 +4,9 @@ World units have no fixed size: a capture may use meters or the arbitrary units 
 calibration. The visibility of a quantization error depends on its size in pixels and on the
 sharpness of the pictures: a small shift is visible in sharp pictures, but not in blurred or
 oversampled pictures. The position step is therefore specified in pixels. The translation step
-is specified as the root-mean-square change of the pictures that a shift by one step causes, at
-first absolutely and, once frame 0 is trained, relative to the error of frame 0. Both steps are
-rounded to multiples of the lattice unit.
+is specified as the root-mean-square change of the pictures that a shift by one step causes. Before
+frame 0 is trained, this change is a fraction of white; afterwards, it is relative to the error of
+frame 0. Both steps are rounded to multiples of the lattice unit.
 """
 
 import math

@@ -40,9 +40,9 @@ class StepSettings(Validated):
     )
     translation_error: NonNegativeFloat = described(
         0.0,
-        "The change of steps.translation_change relative to the root-mean-square error of trained "
-        "frame 0. Segments, whose streams need equal steps, ignore this setting. 0: use "
-        "steps.translation_change.",
+        "Root-mean-square pixel change that a shift by one translation step should cause, relative "
+        "to the root-mean-square error of frame 0 after its training. Segments need equal steps, "
+        "so they use steps.translation_change instead. 0: use steps.translation_change.",
     )
 
 
