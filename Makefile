@@ -43,8 +43,10 @@ locked: $(READY) ## Compare the installed versions with requirements/.
 demo: $(READY) $(CORE) ## Trace a scene, encode, decode and evaluate it: demo/report/index.html.
 	$(BIN)/quarc-ref demo -o demo --force
 
+# Files in the order of their folders: by default, xdist starts the files with the fewest tests last,
+# and these are among the slowest.
 test: $(READY) $(CORE) ## Run the tests, except those marked thorough.
-	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile $(TEST_OPTIONS)
+	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder $(TEST_OPTIONS)
 
 check: $(READY) $(CORE) ## Run everything that CI runs, with thorough tests.
 	$(MAKE) --jobs=2 checks
@@ -119,9 +121,10 @@ clean: ## Remove all generated files.
 
 # The locks are complete, hence --no-deps: older versions of pip would resolve dependencies with
 # extras to the newest version, and then reject it because it is not in the lock.
+# --no-compile: of torch's thousands of modules, few are ever imported.
 # TORCH_INDEX is another index for torch than PyPI.
 TORCH := $(shell sed -n 's/^\(torch==[^ ;]*\).*/\1/p' requirements/torch.txt)
-PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check
+PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check --no-compile
 
 $(READY): pyproject.toml $(LOCKS)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "quarc-ref needs Python 3.11 or later: make PYTHON=python3.11 ...")'
