@@ -34,7 +34,7 @@ def list_variations(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     The training of frame 0 does not depend on the changed settings.
 
     Args:
-        config: Default settings, with the steps given by `list_adapted_steps`.
+        config: Default settings, whose steps `list_fixed_steps` has fixed.
     """
     yield "", ()
     for factor in _LAMBDA_FACTORS:
@@ -50,13 +50,18 @@ def list_variations(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
         yield f"{count} Gaussians per anchor", (("stream.gaussians_per_anchor", f"{count}"),)
 
 
-def list_adapted_steps(config: EncoderConfig, capture: Capture) -> Changes:
-    """Return changes that set the quantization steps to the values adapted to a capture."""
+def list_fixed_steps(config: EncoderConfig, capture: Capture) -> Changes:
+    """Return changes that set the quantization steps to the values adapted to a capture.
+
+    There are none if the translation step depends on the error of frame 0, as frame 0 is the same
+    in all variations.
+    """
+    if config.steps.translation_error:
+        return ()
     stream = adapt_steps_to_capture(config, capture).stream
     return (
         ("steps.position_pixels", "0"),
         ("steps.translation_change", "0"),
-        ("steps.translation_error", "0"),
         ("stream.lattice_exponent", f"{stream.lattice_exponent}"),
         ("stream.position_step", f"{stream.position_step}"),
         ("stream.translation_step", f"{stream.translation_step}"),
@@ -67,7 +72,7 @@ def measure_sweep(job: Job, folder: Path) -> list[Point]:
     """Return the rate and quality of each variation; the default settings come first."""
     options = CaptureOptions(job.downscale, job.held_out)
     capture = open_capture(job.capture, options)
-    job = replace(job, changes=(*job.changes, *list_adapted_steps(job.make_config(), capture)))
+    job = replace(job, changes=(*job.changes, *list_fixed_steps(job.make_config(), capture)))
     canonical_inputs = [capture.fingerprint, asdict(options), job.make_config().seed]
     points = []
     with CanonicalCache(folder / "canonical", canonical_inputs).use_in_encode():
@@ -86,8 +91,12 @@ def make_hull_claim(points: Sequence[Point]) -> Claim:
 def _change_step(config: EncoderConfig, factor: float) -> Changes:
     """Return changes that multiply the translation step and the rotation step by a factor."""
     unity = min(_scale_and_round(config.stream.rotation_unity, 1 / factor), ROTATION_UNITY_LIMIT)
-    step = _scale_and_round(config.stream.translation_step, factor)
-    return (("stream.translation_step", f"{step}"), ("stream.rotation_unity", f"{unity}"))
+    if config.steps.translation_error:
+        step = ("steps.translation_error", f"{config.steps.translation_error * factor:g}")
+    else:
+        units = _scale_and_round(config.stream.translation_step, factor)
+        step = ("stream.translation_step", f"{units}")
+    return (step, ("stream.rotation_unity", f"{unity}"))
 
 
 def _scale_and_round(number: int, factor: float) -> int:

@@ -6,7 +6,7 @@ from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting
 from rate.hull import Point
-from rate.sweep import list_adapted_steps, list_variations, make_hull_claim
+from rate.sweep import list_fixed_steps, list_variations, make_hull_claim
 from tests.encoder.toys import make_capture
 
 _CAPTURE = make_capture()
@@ -19,14 +19,24 @@ def _apply_changes(config, changes):
 
 
 def _fix_steps(preset):
-    return _apply_changes(PRESETS[preset], list_adapted_steps(PRESETS[preset], _CAPTURE))
+    return _apply_changes(PRESETS[preset], list_fixed_steps(PRESETS[preset], _CAPTURE))
 
 
-@pytest.mark.parametrize("preset", sorted(PRESETS))
-def test_fixed_steps_are_those_adapted_to_the_capture(preset):
-    adapted = adapt_steps_to_capture(PRESETS[preset], _CAPTURE)
+def test_fixed_steps_are_those_adapted_to_the_capture():
+    config = _apply_changes(PRESETS["main"], [("steps.translation_error", "0")])
+    adapted = adapt_steps_to_capture(config, _CAPTURE)
 
-    assert _fix_steps(preset) == replace(adapted, steps=StepSettings())
+    fixed = _apply_changes(config, list_fixed_steps(config, _CAPTURE))
+    assert fixed == replace(adapted, steps=StepSettings())
+
+
+def test_a_step_that_depends_on_the_error_of_frame_0_is_swept_as_its_share_of_the_error():
+    config = PRESETS["main"]
+    swept_configs = [_apply_changes(config, changes) for _, changes in list_variations(config)]
+
+    assert list_fixed_steps(config, _CAPTURE) == ()
+    shares = {point_config.steps.translation_error for point_config in swept_configs}
+    assert shares == {0.125, 0.25, 0.5}
 
 
 @pytest.mark.parametrize("preset", sorted(PRESETS))
@@ -49,7 +59,7 @@ def test_no_point_trains_another_frame_0(preset):
             point_config.canonical,
             point_config.rd_lambda,
             point_config.seed,
-            replace(point_config.stream, **motion),
+            replace(adapt_steps_to_capture(point_config, _CAPTURE).stream, **motion),
         )
 
     swept_configs = [_apply_changes(config, changes) for _, changes in list_variations(config)]
