@@ -72,8 +72,8 @@ class ClosedLoop:
         self._writer = StreamWriter(
             sink, wire.build_stream_header(header), self._decode, existing_bytes
         )
-        self._writer.write(container.CAME, wire.build_cameras(cameras))
-        self._writer.write(container.META, wire.build_metadata(metadata))
+        self.write_cameras(cameras)
+        self.write_metadata(metadata)
 
     @property
     def byte_count(self) -> int:
@@ -100,6 +100,14 @@ class ClosedLoop:
             raise ValueError(message)
         self.state = self._decoded
         return self.state
+
+    def write_cameras(self, cameras: tuple[Camera, ...]) -> None:
+        """Write a `came` chunk, which replaces all cameras (SPEC 5.6)."""
+        self._writer.write(container.CAME, wire.build_cameras(cameras))
+
+    def write_metadata(self, metadata: dict[str, str]) -> None:
+        """Write a `meta` chunk, which replaces all metadata (SPEC 5.7)."""
+        self._writer.write(container.META, wire.build_metadata(metadata))
 
     def start_frame(self, death_count: int) -> FrameStart:
         """Start the frame after the last committed frame; see `FrameCoder.start_frame`."""

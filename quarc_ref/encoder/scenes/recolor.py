@@ -87,8 +87,8 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     """Write a stream with new colors; return its number of frames.
 
     Color offsets are rounded to whole codes; all other values are exact. Cameras and metadata
-    are copied. Snapshots become canonical frames with the same state. Ancillary chunks of
-    unknown types are dropped.
+    are copied, wherever in the stream they change. Snapshots become canonical frames with the
+    same state. Ancillary chunks of unknown types are dropped.
 
     Args:
         source: The input stream.
@@ -103,6 +103,7 @@ def recolor(source: Source, sink: BinaryIO, recoloring: Recoloring) -> int:
     writer: _RecoloringWriter | None = None
     for chunk, state in walk_frames(source, decoder):
         writer = writer or _RecoloringWriter(decoder, sink, recoloring)
+        writer.copy_side_data()
         if chunk.kind in container.CANONICAL_TYPES:
             writer.add_canonical(chunk, state.frame)
         else:
@@ -127,8 +128,18 @@ class _RecoloringWriter:
         self._output_header = recoloring.change_header(self._input_header)
         self._code_offsets = recoloring.compute_code_offsets(self._output_header)
         self._decoder = decoder
-        self._loop = ClosedLoop(sink, self._output_header, decoder.cameras, decoder.metadata)
+        self._cameras, self._metadata = decoder.cameras, decoder.metadata
+        self._loop = ClosedLoop(sink, self._output_header, self._cameras, self._metadata)
         self._frame_count = 0
+
+    def copy_side_data(self) -> None:
+        """Write the cameras and the metadata of the input again if they have changed."""
+        if self._decoder.cameras != self._cameras:
+            self._cameras = self._decoder.cameras
+            self._loop.write_cameras(self._cameras)
+        if self._decoder.metadata != self._metadata:
+            self._metadata = self._decoder.metadata
+            self._loop.write_metadata(self._metadata)
 
     def add_canonical(self, chunk: Chunk, frame: int) -> None:
         """Write a canonical frame or a snapshot of the input as a canonical frame."""
@@ -168,7 +179,8 @@ class _RecoloringWriter:
         self._frame_count += 1
 
     def finish(self) -> int:
-        """Write the index and the TAIL chunk; return the number of frames."""
+        """Write what follows the last frame; return the number of frames."""
+        self.copy_side_data()
         self._loop.finish()
         return self._frame_count
 

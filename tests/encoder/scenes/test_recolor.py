@@ -7,12 +7,17 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import dequantize
+from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.scenes.recolor import Recoloring, recolor
+from quarc_ref.format import container, wire
 from quarc_ref.format.errors import BitstreamError, EncodeError
 from quarc_ref.format.records import SH_DC, StreamHeader
 from quarc_ref.streams import decode
+from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.decode_stream import decode_states
 from quarc_ref.streams.source import BytesSource
+from quarc_ref.streams.stream_writer import StreamWriter
+from tests.encoder.toys import make_cameras
 from tests.small_streams import make_stream
 
 _BASE = 0.28209479177387814
@@ -72,6 +77,40 @@ def test_a_gain_multiplies_the_visible_color():
         assert recolored_splats.sh[:, 1:] == pytest.approx(
             gain * original_splats.sh[:, 1:], rel=1e-6
         )
+
+
+def test_cameras_and_metadata_change_at_the_same_frames():
+    cameras = [tuple(make_cameras(count)) for count in (2, 3, 4)]
+    changes = {0: (cameras[0], "a"), 2: (cameras[1], "b"), 4: (cameras[2], "c")}
+    data = _write_with_changes(changes)
+
+    assert _list_side_data(recolor_stream(data, Recoloring(gain=1.5))) == _list_side_data(data)
+    assert len({metadata["note"] for _, metadata in _list_side_data(data)}) == 3
+
+
+def _write_with_changes(changes):
+    """Return a stream of four frames, before which, and after the last, side data changes."""
+    data, _ = make_stream(StreamHeader(seed=7, gaussians_per_anchor=4), frame_count=4)
+    chunks = list(split_chunks(data))
+    sink = io.BytesIO()
+    writer = StreamWriter(sink, chunks[0].payload)
+    frames = [chunk for chunk in chunks if chunk.kind in container.FRAME_TYPES]
+    for number in range(len(frames) + 1):
+        if number in changes:
+            cameras, note = changes[number]
+            writer.write(container.CAME, wire.build_cameras(cameras))
+            writer.write(container.META, wire.build_metadata({"note": note}))
+        if number < len(frames):
+            writer.write(frames[number].kind, frames[number].payload)
+    writer.finish()
+    return sink.getvalue()
+
+
+def _list_side_data(data):
+    """Return cameras and metadata at every frame, and at the end."""
+    decoder = StreamDecoder()
+    at_frames = [(decoder.cameras, decoder.metadata) for _ in decode(data, decoder=decoder)]
+    return [*at_frames, (decoder.cameras, decoder.metadata)]
 
 
 def test_snapshots_become_canonical_frames_of_the_same_state():
