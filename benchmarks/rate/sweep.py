@@ -34,7 +34,7 @@ def list_variations(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
     The training of frame 0 does not depend on the changed settings.
 
     Args:
-        config: Default settings, whose steps `list_fixed_steps` has fixed.
+        config: Default settings with the changes from `list_fixed_steps`.
     """
     yield "", ()
     for factor in _LAMBDA_FACTORS:
@@ -53,8 +53,8 @@ def list_variations(config: EncoderConfig) -> Iterator[tuple[str, Changes]]:
 def list_fixed_steps(config: EncoderConfig, capture: Capture) -> Changes:
     """Return changes that set the quantization steps to the values adapted to a capture.
 
-    There are none if the translation step depends on the error of frame 0, as frame 0 is the same
-    in all variations.
+    If the translation step is chosen from the error of frame 0, no changes are needed: frame 0 is
+    the same in all variations, so the step is, too.
     """
     if config.steps.translation_error:
         return ()
