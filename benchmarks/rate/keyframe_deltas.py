@@ -14,6 +14,7 @@ import numpy as np
 
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.format.constants import SH_C0
 
 SMALLEST_SETTINGS = (
     "one keyframe, chained deltas, zstd level 19, no index; base color only, no higher SH"
@@ -22,7 +23,6 @@ DEFAULT_SETTINGS = (
     "a keyframe every 8 frames, chained deltas, deflate level 6, with an index; base color only, "
     "no higher SH"
 )
-_SH_C0 = 0.28209479177387814
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +82,7 @@ def _make_samples(scenes: Iterable[Scene]) -> Iterator[Any]:
         splats, time = dequantize(scene), scene.frame / scene.header.frames_per_second
         count = scene.count
         opacities = 1 / (1 + np.exp(-splats.opacities[:, None]))
-        colors = np.clip(0.5 + _SH_C0 * splats.sh[:, 0], 0, 1)
+        colors = np.clip(0.5 + SH_C0 * splats.sh[:, 0], 0, 1)
         gaussians = GaussianSet(
             positions=splats.positions,
             scales=np.exp(splats.log_scales),

@@ -3,8 +3,8 @@
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Float32, Splats
+from quarc_ref.format.constants import SH_C0
 
-SH_C0 = 0.28209479177387814
 _MAX_LOG_SCALE = 80.0  # scales from 2e-35 to 6e34, with which float32 can still calculate
 
 

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.dequantize import Float32, Splats
 from quarc_ref.export.activate import (
-    SH_C0,
     compute_base_colors,
     compute_opacities,
     compute_scales,
@@ -23,6 +22,7 @@ from quarc_ref.export.activate import (
 from quarc_ref.export.clip import Clip, Frame
 from quarc_ref.export.errors import ExportError
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import SH_C0
 from quarc_ref.format.frame_rate import is_frame_rate
 
 # seconds; makes the opacity constant (the temporal model does not accept infinity)

@@ -63,6 +63,10 @@ ROTATION_INDEX_BITS: Final = 2
 RESIDUAL_ROWS: Final = 13
 SURVIVOR_ROWS: Final = 14
 
+# SPEC 10.2: factors of the spherical harmonics of degree 0 and 1
+SH_C0: Final = 0.28209479177387814
+SH_C1: Final = 0.4886025119029199
+
 # SPEC 10.3: a Gaussian is not drawn if its depth is below this fraction of a camera's `near`
 NEAR_FRACTION: Final = 0.8
 

@@ -8,10 +8,9 @@ with the Condon-Shortley phase, in the order m = -l .. l.
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.format.constants import SH_C0, SH_C1
 from quarc_ref.rendering.pipeline_data import Float32
 
-_SH_C0 = 0.28209479177387814
-_SH_C1 = 0.4886025119029199
 _SH_C2 = (1.0925484305920792, 0.31539156525252005, 0.5462742152960396)
 _SH_C3 = (
     *(0.5900435899266435, 2.890611442640554, 0.4570457994644658),
@@ -37,7 +36,7 @@ def fold_harmonics(
     directions = np.divide(offsets, lengths, out=np.zeros_like(offsets), where=lengths > 0)
     basis = evaluate_basis(directions)[:, : sh.shape[1]]
     colors = np.einsum("nk,nkc->nc", basis, sh.astype(np.float64))
-    folded: Float32 = (colors / _SH_C0).astype(np.float32)[:, None]
+    folded: Float32 = (colors / SH_C0).astype(np.float32)[:, None]
     return folded
 
 
@@ -49,10 +48,10 @@ def evaluate_basis(directions: NDArray[np.float64]) -> NDArray[np.float64]:
     d, e, f, g, h = _SH_C3
     return np.stack(
         [
-            np.full_like(x, _SH_C0),
-            -_SH_C1 * y,
-            _SH_C1 * z,
-            -_SH_C1 * x,
+            np.full_like(x, SH_C0),
+            -SH_C1 * y,
+            SH_C1 * z,
+            -SH_C1 * x,
             a * x * y,
             -a * y * z,
             b * (2 * zz - xx - yy),

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.constants import NEAR_FRACTION
+from quarc_ref.format.constants import NEAR_FRACTION, SH_C0, SH_C1
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 _TILE = 16
@@ -16,8 +16,6 @@ _LOW_PASS = 0.3
 _SLOPE_MARGIN_FRACTION = 0.15
 _MIN_ALPHA = 1 / 255
 _MIN_TRANSMITTANCE = 1e-4
-_SH_C0 = 0.28209479177387814
-_SH_C1 = 0.4886025119029199
 
 
 class TorchRasterizer:
@@ -103,7 +101,7 @@ def _shade(gaussians: Gaussians, rotation: Tensor, camera: Camera) -> Tensor:
     center = -rotation.T @ gaussians.means.new_tensor(camera.translation)
     direction = torch.nn.functional.normalize(gaussians.means - center, dim=1)
     x, y, z = direction.unbind(dim=1)
-    basis = torch.stack([torch.full_like(x, _SH_C0), -_SH_C1 * y, _SH_C1 * z, -_SH_C1 * x], dim=1)
+    basis = torch.stack([torch.full_like(x, SH_C0), -SH_C1 * y, SH_C1 * z, -SH_C1 * x], dim=1)
     return torch.clamp((basis[:, :, None] * gaussians.sh).sum(dim=1) + 0.5, min=0)
 
 

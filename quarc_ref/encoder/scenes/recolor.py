@@ -16,10 +16,9 @@ from quarc_ref.decoder.frames import read_checked_canonical, read_checked_snapsh
 from quarc_ref.decoder.state import SnapshotReference
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.export.activate import SH_C0
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import CODE_LIMIT
+from quarc_ref.format.constants import CODE_LIMIT, SH_C0
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import EncodeError, StateError
 from quarc_ref.format.records import SH_DC, Births, Gaussians, StreamHeader

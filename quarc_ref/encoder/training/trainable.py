@@ -16,13 +16,13 @@ from quarc_ref.encoder.training.straight_through import (
     round_rotations,
     round_to_step,
 )
+from quarc_ref.format.constants import SH_C0
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
 ADAM_EPSILON = 1e-15
 _ADAM_STATE_KEYS = ("step", "exp_avg", "exp_avg_sq")
 _MIN_OPACITY = 1e-5
-_SH_C0 = 0.28209479177387814
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -208,7 +208,7 @@ def take_adam_step(
 
 def to_sh_dc(colors: Tensor) -> Tensor:
     """Convert colors from 0 to 1 to SH DC coefficients (SPEC 10.2)."""
-    return (colors - 0.5) / _SH_C0
+    return (colors - 0.5) / SH_C0
 
 
 def cosine_decay(step: int, iterations: int, end_factor: float) -> float:
