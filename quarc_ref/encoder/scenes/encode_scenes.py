@@ -50,10 +50,14 @@ class GivenFrame:
         splats: Gaussians as 3DGS stores them, with SH degree 0 to 3. The stream stores SH only
             up to degree 1.
         ids: `[N]` ids that identify the Gaussians across frames; None: match Gaussians by order.
+        cameras: Cameras of the stream from this frame on; None: those of the frame before.
+        metadata: Metadata of the stream from this frame on; None: that of the frame before.
     """
 
     splats: Splats
     ids: Int64 | None = None
+    cameras: tuple[Camera, ...] | None = None
+    metadata: dict[str, str] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,9 +159,10 @@ class _Encoding:
         self._options = options
         self._bounds = bounds = options.bounds.resolved(first_frames[0].splats)
         self._header = _make_header(options, bounds, first_frames)
-        encoder_metadata = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
-        metadata = {**options.metadata, **encoder_metadata}
-        self._loop = ClosedLoop(sink, self._header, options.cameras, metadata)
+        self._encoder_metadata = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
+        self._cameras = options.cameras
+        self._metadata = {**options.metadata, **self._encoder_metadata}
+        self._loop = ClosedLoop(sink, self._header, self._cameras, self._metadata)
         self._errors = Errors()
         self._frame_count = 0
         self._last_frame = first_frames[0]
@@ -178,6 +183,7 @@ class _Encoding:
         )
         try:
             target = make_target(frame.splats, self._header, self._bounds)
+            self._write_side_data(frame)
             self._write_with_chosen_type(ordinal, frame, target)
         except EncodeError as error:
             message = f"frame {ordinal}: {error}"
@@ -194,6 +200,17 @@ class _Encoding:
         """Write the index and the TAIL chunk; return the report."""
         self._loop.finish()
         return SceneReport(self._frame_count, self._bounds, self._errors, self._dropped_sh_degree)
+
+    def _write_side_data(self, frame: GivenFrame) -> None:
+        """Write the cameras and the metadata of a frame if they differ from the last ones."""
+        if frame.cameras is not None and frame.cameras != self._cameras:
+            self._cameras = frame.cameras
+            self._loop.write_cameras(frame.cameras)
+        if frame.metadata is not None:
+            metadata = {**frame.metadata, **self._encoder_metadata}
+            if metadata != self._metadata:
+                self._metadata = metadata
+                self._loop.write_metadata(metadata)
 
     def _write_with_chosen_type(self, ordinal: int, frame: GivenFrame, target: Target) -> None:
         index, interval = ordinal - self._options.first_frame, self._options.keyframe_interval

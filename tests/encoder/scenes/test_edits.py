@@ -1,12 +1,14 @@
 """Edits of all frames give the expected Gaussians in every frame."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from quarc_ref.decoder import dequantize
-from quarc_ref.encoder import SceneOptions, encode_scenes
+from quarc_ref.decoder.stream_decoder import StreamDecoder
+from quarc_ref.encoder import GivenFrame, SceneOptions, encode_scenes
 from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.edits import Edit, Similarity, edit_frames
 from quarc_ref.encoder.scenes.fit_edit import encode_edited
@@ -105,6 +107,34 @@ def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
 
     assert Similarity.from_matrix(about_x).apply_to_header(header).up_axis == 5
     assert Similarity.from_matrix(about_x_by_45_degrees).apply_to_header(header).up_axis == 0
+
+
+def test_cameras_and_metadata_change_at_the_same_frames(stream):
+    second_camera = replace(_CAMERA, name="second")
+    frames = [
+        GivenFrame(splats, cameras=cameras, metadata={"note": note})
+        for splats, cameras, note in zip(
+            decode_frames(stream),
+            [(_CAMERA,), (_CAMERA, second_camera), (_CAMERA, second_camera)],
+            ["a", "a", "b"],
+            strict=True,
+        )
+    ]
+    sink = io.BytesIO()
+    encode_scenes(frames, sink, SceneOptions(_BOUNDS))
+    similarity = Similarity.from_matrix(_ROTATION_AND_SCALE)
+
+    edited = edit_stream(sink.getvalue(), Edit(similarity=similarity))
+
+    decoder = StreamDecoder()
+    side_data = [
+        ([camera.name for camera in decoder.cameras], decoder.metadata["note"])
+        for _ in decode(edited, decoder=decoder)
+    ]
+    both = ["front", "second"]
+    assert side_data == [(["front"], "a"), (both, "a"), (both, "b")]
+    expected_camera = similarity.apply_to_camera(second_camera)
+    assert decoder.cameras[1].translation == pytest.approx(expected_camera.translation)
 
 
 def test_frames_of_a_cut_keep_their_numbers(stream):
