@@ -24,7 +24,7 @@ from quarc_ref.format import container
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
 # Time of a step at half resolution, relative to a step at full resolution.
 _HALF_RESOLUTION_TIME_FACTOR = 0.4
-_CANONICAL_BYTES_PER_GAUSSIAN, _SNAPSHOT_BYTES_PER_GAUSSIAN = 7.0, 2.5
+_CANONICAL_BYTES_PER_GAUSSIAN, _SNAPSHOT_BYTES_PER_GAUSSIAN = 8.0, 2.5
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
 # maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0
 _MAX_GROWTH_FACTOR = 10

@@ -18,6 +18,7 @@ TINY = {
     "canonical.densify_from_iter": 3,
     "canonical.densify_until_iter": 6,
     "canonical.densification_interval": 3,
+    "canonical.prune_rd_lambda": 0,
     "motion.iterations": 3,
     "births.iterations": 2,
     "births.grad_threshold": 0,

@@ -62,8 +62,8 @@ _MAIN = EncoderConfig(
         exposure_from_iter=100,
         opacity_decay=0.001,
         quantize_from=0.9,
-        prune_rd_lambda=1.0,
-        code_rd_lambda=0.02,
+        prune_rd_lambda=1.5,
+        code_rd_lambda=0.0025,
         lr_end_factor=0.05,
     ),
     motion=MotionSettings(

@@ -6,8 +6,8 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
   along a Gaussian's axes makes the loss insensitive to small shifts of the Gaussian.
 - Opacities decay, so that Gaussians that do not improve the pictures disappear. Haze in
   front of the cameras disappears first.
-- Gaussians that contribute little are pruned halfway through densification and at its end.
-  Early pruning makes training faster, and later iterations correct the resulting errors.
+- Gaussians that contribute little are pruned several times during densification, which then
+  adds others where the error is greater, and at its end, so that each one is worth its bytes.
 - The first iterations may use pictures of half the width and height.
 - The last iterations are fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written.
@@ -100,6 +100,7 @@ class _Training:
         initial_attributes = initialize_from_points(
             points, settings, self._generator, context.device
         )
+        self._initial_count = initial_attributes.means.shape[0]
         self._trainer = Trainer(
             initial_attributes, canonical_learning_rates(settings, context.views.extent)
         )
@@ -114,9 +115,9 @@ class _Training:
         """Run one iteration: prune if scheduled, train on one view, and densify if scheduled."""
         context, objective, trainer = self._context, self._objective, self._trainer
         settings, step = objective.settings, self.step
-        prune_threshold = objective.prune_threshold_at(step)
-        if prune_threshold:
-            prune_by_contribution(trainer, context, prune_threshold, self._generator)
+        pruning = objective.pruning_at(step, self._initial_count)
+        if pruning:
+            prune_by_contribution(trainer, context, pruning, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
         trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
         uses_half_resolution = step < settings.half_resolution_until_iter

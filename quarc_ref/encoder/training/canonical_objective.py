@@ -6,6 +6,27 @@ from dataclasses import dataclass
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.format.records import StreamHeader
 
+_PRUNING_COUNT = 4
+_EARLY_SHARE, _MAX_LAST_SHARE = 0.5, 0.75
+# Early prunings keep at least this fraction (1/4) of `max_gaussians`.
+_MIN_SHARE_OF_LIMIT = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Pruning:
+    """Which of the visible Gaussians a pruning by contribution removes.
+
+    Attributes:
+        threshold: Contribution below which Gaussians are pruned, as a multiple of the median
+            squared error around a Gaussian. None: as many as `max_share` and `min_count` allow.
+        max_share: Maximum fraction of the visible Gaussians that is pruned.
+        min_count: Minimum number of visible Gaussians that is kept, if there are as many.
+    """
+
+    threshold: float | None
+    max_share: float
+    min_count: int = 0
+
 
 @dataclass(frozen=True, slots=True)
 class CanonicalObjective:
@@ -40,14 +61,26 @@ class CanonicalObjective:
             and settings.densify_from_iter <= step < self.fine_tuning_start
         )
 
-    def prune_threshold_at(self, step: int) -> float:
-        """Return the contribution below which an iteration prunes Gaussians; 0 to prune none.
+    def pruning_at(self, step: int, initial_count: int) -> Pruning | None:
+        """Return the pruning by contribution at the start of an iteration, or None.
 
-        Gaussians are pruned twice: halfway to the end of densification, and at its end.
-        The first threshold is half of the second, because new Gaussians have not converged yet.
+        Three early prunings, at equal intervals before the end of densification, remove the half
+        of the Gaussians that contributes least, because densification then replaces them where
+        the error is greater. The last one, at the end of densification, removes the Gaussians
+        whose contribution does not justify their rate.
+
+        Args:
+            step: Index of the iteration.
+            initial_count: Number of Gaussians from which training started.
         """
-        threshold = self.settings.prune_rd_lambda * self.rd_lambda
-        last_prune_step = min(self.settings.densify_until_iter, self.fine_tuning_start)
-        if step == last_prune_step // 2:
-            return threshold / 2
-        return threshold if step == last_prune_step else 0.0
+        settings = self.settings
+        threshold = settings.prune_rd_lambda * self.rd_lambda
+        last_step = min(settings.densify_until_iter, self.fine_tuning_start)
+        if not threshold or not step:
+            return None
+        if step == last_step:
+            return Pruning(threshold, max_share=_MAX_LAST_SHARE)
+        if step in {last_step * k // _PRUNING_COUNT for k in range(1, _PRUNING_COUNT)}:
+            min_count = max(initial_count, settings.max_gaussians // _MIN_SHARE_OF_LIMIT)
+            return Pruning(None, max_share=_EARLY_SHARE, min_count=min_count)
+        return None

@@ -10,15 +10,17 @@ derivative of the sum.
 The criterion is the squared change, not the increase of the error, because fine-tuning of the
 other Gaussians removes much of the increase. The error around a Gaussian is the sum of the
 squared errors of the pixels in which it is visible, weighted by its share of each pixel. The
-pruning threshold is a multiple of the median of this error over all visible Gaussians, but at
-most the median contribution. Saturated lamps and black backgrounds barely affect the median.
+pruning threshold is a multiple of the median of this error over all visible Gaussians. Saturated
+lamps and black backgrounds barely affect the median.
 """
 
+import math
 from dataclasses import replace
 
 import torch
 from torch import Tensor
 
+from quarc_ref.encoder.training.canonical_objective import Pruning
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.rendering.rasterizer import Gaussians
@@ -28,25 +30,28 @@ _CHANNEL_COUNT = 3
 
 
 def prune_by_contribution(
-    trainer: Trainer, context: TrainingContext, threshold: float, generator: torch.Generator
+    trainer: Trainer, context: TrainingContext, pruning: Pruning, generator: torch.Generator
 ) -> None:
-    """Prune the Gaussians that contribute least to frame 0, up to half of the visible ones.
+    """Prune the Gaussians that contribute least to frame 0, and all that no view sees.
 
     Args:
         trainer: Trainer; its Gaussians are modified in place.
         context: Training context, whose training views are rendered.
-        threshold: Contribution below which Gaussians are pruned, as a multiple of the median
-            squared error around a Gaussian.
+        pruning: Which Gaussians are pruned.
         generator: Random generator of the pixel signs.
     """
     contributions, errors = measure_contributions(context, trainer.attributes.detached(), generator)
     is_visible = contributions > 0
     if not bool(is_visible.any()):
         return
-    min_contribution = threshold * errors[is_visible].median()
-    keep_mask = is_visible & (
-        contributions >= torch.minimum(min_contribution, contributions[is_visible].median())
-    )
+    visible_contributions = contributions[is_visible].sort(descending=True).values
+    min_share_count = math.ceil((1 - pruning.max_share) * len(visible_contributions))
+    min_count = min(max(min_share_count, pruning.min_count), len(visible_contributions))
+    min_contribution = visible_contributions[min_count - 1]
+    if pruning.threshold is not None:
+        threshold = pruning.threshold * errors[is_visible].median()
+        min_contribution = torch.minimum(min_contribution, threshold)
+    keep_mask = is_visible & (contributions >= min_contribution)
     empty_selection = keep_mask.new_zeros(0, dtype=torch.long)
     trainer.replace_rows(keep_mask, trainer.attributes.detached().rows(empty_selection))
 

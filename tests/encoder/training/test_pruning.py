@@ -1,11 +1,15 @@
+import math
+
 import numpy as np
 import pytest
 import torch
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.training.canonical import initialize_from_points
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective, Pruning
 from quarc_ref.encoder.training.pruning import measure_contributions, prune_by_contribution
 from quarc_ref.encoder.training.trainable import Trainer
+from quarc_ref.format.records import StreamHeader
 from tests.encoder.toys import make_capture, make_context
 
 
@@ -79,7 +83,7 @@ def test_an_error_at_few_gaussians_keeps_all_others(context, attributes, monkeyp
     counts = []
     for _ in range(2):
         trainer = Trainer(attributes, (0.1,) * 6)
-        prune_by_contribution(trainer, context, 0.5, _generator())
+        prune_by_contribution(trainer, context, Pruning(0.5, max_share=0.5), _generator())
         counts.append(trainer.count)
         pictures[:, :4, :4] += 100.0
 
@@ -94,19 +98,68 @@ def test_gaussians_outside_all_views_are_pruned_and_the_others_stay(context, att
     contributions, _ = measure_contributions(context, attributes, _generator())
     visible_count = int((contributions > 0).sum())
 
-    prune_by_contribution(trainer, context, 1e-9, _generator())
+    prune_by_contribution(trainer, context, Pruning(1e-9, max_share=0.5), _generator())
 
     assert visible_count - 1 <= trainer.count <= visible_count
     assert trainer.attributes.means[:, 2].min() > -1e3
 
 
-def test_a_higher_lambda_keeps_fewer_and_at_least_half(context, attributes):
-    visible_count = int((measure_contributions(context, attributes, _generator())[0] > 0).sum())
-    counts = []
-    for threshold in (0.0, 0.005, 0.02, 1e9):
-        trainer = Trainer(attributes, (0.1,) * 6)
-        prune_by_contribution(trainer, context, threshold, _generator())
-        counts.append(trainer.count)
+@pytest.mark.parametrize("max_share", [0.5, 0.75])
+def test_a_higher_threshold_keeps_fewer_and_at_least_a_share(context, attributes, max_share):
+    visible_count = _count_visible(context, attributes)
+
+    counts = [
+        _count_after(context, attributes, Pruning(threshold, max_share))
+        for threshold in (0.0, 0.005, 0.02, 1e9, None)
+    ]
 
     assert counts[0] == visible_count
-    assert counts[0] > counts[1] > counts[2] > counts[3] == visible_count // 2 + 1
+    assert counts[0] > counts[1] > counts[2] > counts[3] == counts[4]
+    assert counts[4] == math.ceil((1 - max_share) * visible_count)
+
+
+def test_a_minimum_count_is_kept_if_there_are_as_many(context, attributes):
+    visible_count = _count_visible(context, attributes)
+    min_count = int(0.9 * visible_count)
+
+    counts = [
+        _count_after(context, attributes, Pruning(None, 0.5, count))
+        for count in (0, min_count, 10 * visible_count)
+    ]
+
+    assert counts == [math.ceil(0.5 * visible_count), min_count, visible_count]
+
+
+def test_main_prunes_three_times_during_densification_and_once_by_threshold_after_it():
+    objective = CanonicalObjective(
+        CanonicalSettings(
+            iterations=1000, densify_until_iter=800, max_gaussians=4000, prune_rd_lambda=3.0
+        ),
+        StreamHeader(),
+        rd_lambda=0.5,
+    )
+
+    prunings = {
+        step: pruning for step in range(1000) if (pruning := objective.pruning_at(step, 100))
+    }
+
+    assert list(prunings) == [200, 400, 600, 800]
+    assert set(list(prunings.values())[:3]) == {Pruning(None, 0.5, 1000)}
+    assert prunings[800] == Pruning(1.5, 0.75)
+    assert objective.pruning_at(400, 3000) == Pruning(None, 0.5, 3000)
+
+
+def test_a_weight_of_zero_prunes_nothing():
+    objective = CanonicalObjective(CanonicalSettings(prune_rd_lambda=0.0), StreamHeader())
+
+    assert not any(objective.pruning_at(step, 100) for step in range(15_000))
+
+
+def _count_visible(context, attributes):
+    return int((measure_contributions(context, attributes, _generator())[0] > 0).sum())
+
+
+def _count_after(context, attributes, pruning):
+    trainer = Trainer(attributes, (0.1,) * 6)
+    prune_by_contribution(trainer, context, pruning, _generator())
+    return trainer.count
