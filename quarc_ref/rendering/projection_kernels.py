@@ -14,7 +14,6 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.format.constants import SH_C0, SH_C1
 from quarc_ref.rendering.compiled import kernel, parallel_kernel
 from quarc_ref.rendering.matrix_kernels import (
     multiply_matrices,
@@ -26,8 +25,10 @@ from quarc_ref.rendering.matrix_kernels import (
 LOW_PASS = np.float32(0.3)
 MIN_ALPHA = np.float32(1 / 255)
 SLOPE_MARGIN_FRACTION = np.float32(0.15)  # relative to the picture size
-_C0 = np.float32(SH_C0)
-_C1 = np.float32(SH_C1)
+# Copies of SPEC 3.1: kernels import no constants, because numba would not compile them again
+# after a change.
+SH_C0 = np.float32(0.28209479177387814)
+SH_C1 = np.float32(0.4886025119029199)
 _0 = np.float32(0)
 _1 = np.float32(1)
 _2 = np.float32(2)
@@ -262,7 +263,7 @@ def _shade(camera, means, sh, colors, i):
     x, y, z, _ = _viewing_direction(camera, means, i)
     for k in range(3):
         degree_1_sum = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
-        color = _C0 * sh[i, 0, k] + _C1 * degree_1_sum + _HALF
+        color = SH_C0 * sh[i, 0, k] + SH_C1 * degree_1_sum + _HALF
         colors[i, k] = _0 if color < _0 else color  # preserves NaN
 
 
@@ -273,8 +274,8 @@ def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
     gx, gy, gz = _0, _0, _0
     for k in range(3):
         g = g_colors[i, k] if colors[i, k] > _0 else _0
-        g_sh[i, 0, k] = _C0 * g
-        g = _C1 * g
+        g_sh[i, 0, k] = SH_C0 * g
+        g = SH_C1 * g
         g_sh[i, 1, k], g_sh[i, 2, k], g_sh[i, 3, k] = -y * g, z * g, -x * g
         gx -= g * sh[i, 3, k]
         gy -= g * sh[i, 1, k]

@@ -3,7 +3,9 @@ import pytest
 from scipy.special import sph_harm_y
 
 from quarc_ref.decoder import Splats
+from quarc_ref.format import constants
 from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering import projection_kernels
 from quarc_ref.rendering.harmonics import evaluate_basis, fold_harmonics
 from quarc_ref.rendering.pictures import render_picture
 
@@ -82,3 +84,8 @@ def test_higher_degrees_are_rendered_and_zeros_change_nothing(coefficients):
     assert (
         np.abs(render_picture(splats, _CAMERA) - render_picture(low_degree, _CAMERA)).max() > 0.02
     )
+
+
+def test_the_factors_of_spherical_harmonics_are_those_of_the_format():
+    assert np.float32(constants.SH_C0) == projection_kernels.SH_C0
+    assert np.float32(constants.SH_C1) == projection_kernels.SH_C1

@@ -121,19 +121,15 @@ def test_a_wrong_range_is_detected(name):
 
 def test_a_wrong_number_in_a_formula_is_detected():
     def change_digits() -> Iterator[str]:
-        for number, digits in (
-            ("6.2", "0x[0-9A-F]{7}"),
-            ("4.5", "0x[0-9A-F]{7}"),
-            ("10.2", r"\.\d{5}"),
-        ):
+        for number in ("6.2", "4.5"):
             section = spec_text.read_section(TEXT, number)
-            for match in re.finditer(digits, section):
+            for match in re.finditer("0x[0-9A-F]{7}", section):
                 digit = "1" if section[match.end()] != "1" else "2"
                 yield TEXT.replace(
                     section, section[: match.end()] + digit + section[match.end() + 1 :]
                 )
 
-    _expect_detection(change_digits(), check_tables.check_formulas, 12)
+    _expect_detection(change_digits(), check_tables.check_formulas, 10)
 
 
 def test_swapped_rows_of_syntax_are_detected():
