@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test check checks lint types imports docs core player conformance mutants clean
+.PHONY: help setup lock outdated locked demo test ci check checks lint types imports docs core player conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -48,10 +48,13 @@ demo: $(READY) $(CORE) ## Trace a scene, encode, decode and evaluate it: demo/re
 test: $(READY) $(CORE) ## Run the tests, except those marked thorough.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder $(TEST_OPTIONS)
 
-check: $(READY) $(CORE) ## Run everything that CI runs, with thorough tests.
+ci: $(READY) $(CORE) ## Run what CI runs: all checks, and the tests except those marked thorough.
 	$(MAKE) --jobs=2 checks
-	$(MAKE) test TEST_OPTIONS=--thorough
+	$(MAKE) test
 	$(MAKE) player
+
+check: ## Run what CI runs, with the thorough tests, which take ten more minutes.
+	$(MAKE) ci TEST_OPTIONS=--thorough
 
 # What needs one core and measures no time, two at once. The tests of Python and of the player
 # follow one after the other, because some of them have time limits.
@@ -119,18 +122,21 @@ clean: ## Remove all generated files.
 	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-# The locks are complete, hence --no-deps: older versions of pip would resolve dependencies with
-# extras to the newest version, and then reject it because it is not in the lock.
-# --no-compile: of torch's thousands of modules, few are ever imported.
+# uv downloads several packages at once, which halves the time of a setup. It does not read pip's
+# configuration, so a mirror that is set there is passed on. The locks are complete, hence --no-deps.
 # TORCH_INDEX is another index for torch than PyPI.
 TORCH := $(shell sed -n 's/^\(torch==[^ ;]*\).*/\1/p' requirements/torch.txt)
 PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check --no-compile
+MIRROR = $(shell $(PYTHON) -m pip config get global.index-url 2>/dev/null)
+UV_INSTALL = $(if $(MIRROR),UV_DEFAULT_INDEX=$(MIRROR)) UV_HTTP_TIMEOUT=300 $(BIN)/uv pip install -q --python $(BIN)/python
 
 $(READY): pyproject.toml $(LOCKS)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "quarc-ref needs Python 3.11 or later: make PYTHON=python3.11 ...")'
 	$(PYTHON) -m venv $(VENV)
-	$(PIP_INSTALL) --no-deps --require-hashes -r requirements/main.txt
-	$(PIP_INSTALL) $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX) $(TORCH),--no-deps --require-hashes -r requirements/torch.txt)
+	@sed -n '/^uv==/,/[^\\]$$/p' requirements/main.txt > $(VENV)/uv.txt
+	$(PIP_INSTALL) --require-hashes -r $(VENV)/uv.txt
+	$(UV_INSTALL) --no-deps --require-hashes -r requirements/main.txt
+	$(UV_INSTALL) $(if $(TORCH_INDEX),--index-url $(TORCH_INDEX) $(TORCH),--no-deps --require-hashes -r requirements/torch.txt)
 	$(PIP_INSTALL) --no-deps --no-build-isolation -e .
 	@touch $(READY)
 

@@ -19,7 +19,7 @@ include_patterns = [
     "player/**.md",
     "requirements/*.md",
 ]
-exclude_patterns = ["**/node_modules", "**/target"]
+exclude_patterns = ["**/node_modules", "**/target", "docs/templates"]
 
 # Anchors of headings are those of the repository's host.
 myst_heading_anchors = 4
@@ -30,9 +30,13 @@ autoapi_dirs = [str(Path(__file__).parent.parent / "quarc_ref")]
 autoapi_root = "docs/api"
 autoapi_options = ["members", "show-module-summary"]
 autoapi_own_page_level = "module"
+autoapi_template_dir = str(Path(__file__).parent / "templates")
 autoapi_add_toctree_entry = False  # docs/index.md has it
 napoleon_use_ivar = True
-# Warnings about names that two modules define, imports of constants, and markup in docstrings.
-suppress_warnings = ["ref.python", "autoapi.python_import_resolution", "docutils"]
+# Warnings about names that two modules define, imports of constants, markup in docstrings, and
+# pages without a toctree, such as most pages of the API.
+suppress_warnings = [
+    "ref.python", "autoapi.python_import_resolution", "docutils", "toc.not_included",
+]
 autoapi_keep_files = False
 autoapi_member_order = "bysource"
