@@ -36,7 +36,10 @@ napoleon_use_ivar = True
 # Warnings about names that two modules define, imports of constants, markup in docstrings, and
 # pages without a toctree, such as most pages of the API.
 suppress_warnings = [
-    "ref.python", "autoapi.python_import_resolution", "docutils", "toc.not_included",
+    "ref.python",
+    "autoapi.python_import_resolution",
+    "docutils",
+    "toc.not_included",
 ]
 autoapi_keep_files = False
 autoapi_member_order = "bysource"
