@@ -124,11 +124,13 @@ clean: ## Remove all generated files.
 
 # uv downloads several packages at once, which halves the time of a setup. It does not read pip's
 # configuration, so a mirror that is set there is passed on. The locks are complete, hence --no-deps.
-# TORCH_INDEX is another index for torch than PyPI.
+# Without compiled bytecode, every process would take seconds more to import torch where
+# PYTHONDONTWRITEBYTECODE is set, as in many containers. TORCH_INDEX is another index for torch than
+# PyPI.
 TORCH := $(shell sed -n 's/^\(torch==[^ ;]*\).*/\1/p' requirements/torch.txt)
 PIP_INSTALL := $(BIN)/python -m pip install -q --disable-pip-version-check --no-compile
 MIRROR = $(shell $(PYTHON) -m pip config get global.index-url 2>/dev/null)
-UV_INSTALL = $(if $(MIRROR),UV_DEFAULT_INDEX=$(MIRROR)) UV_HTTP_TIMEOUT=300 $(BIN)/uv pip install -q --python $(BIN)/python
+UV_INSTALL = $(if $(MIRROR),UV_DEFAULT_INDEX=$(MIRROR)) UV_HTTP_TIMEOUT=300 $(BIN)/uv pip install -q --compile-bytecode --python $(BIN)/python
 
 $(READY): pyproject.toml $(LOCKS)
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "quarc-ref needs Python 3.11 or later: make PYTHON=python3.11 ...")'
