@@ -1,7 +1,7 @@
 /** The component's controls: keys, pointers, touch, cameras, and the layout of the picture on the page. */
 
 import assert from "node:assert/strict";
-import { browserTest, PlayerPage } from "./browser.js";
+import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 
 /** Name of the selected camera; null after the view has been moved. */
 const readCamera = (page: PlayerPage): Promise<string | null> => page.run((player) => player.player?.camera ?? null);
@@ -140,4 +140,35 @@ browserTest("full screen can be left in a shadow root, too", async () => {
   await page.page.waitForFunction("document.fullscreenElement !== null");
   await page.page.keyboard.press("f");
   await page.page.waitForFunction("document.fullscreenElement === null");
+});
+
+browserTest("on a screen with another resolution, the view and the timeline are drawn again", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  // Chromium does not notify media queries when it emulates another resolution, so the test does.
+  await page.page.evaluate(() => {
+    const queries: EventTarget[] = [];
+    window.matchMedia = () => {
+      const query = new EventTarget();
+      queries.push(query);
+      return query as MediaQueryList;
+    };
+    const changeRatio = (value: number): void => {
+      Object.defineProperty(window, "devicePixelRatio", { value, configurable: true });
+      for (const query of queries.splice(0)) query.dispatchEvent(new Event("change"));
+    };
+    Object.assign(window, { changeRatio });
+    const player = document.createElement("quarc-player");
+    player.setAttribute("src", "stream.quarc");
+    document.body.append(player);
+  });
+  await page.waitUntil((player) => player.frame === 0);
+  const readWidths = (player: PlayerElement): number[] =>
+    Array.from(player.shadowRoot?.querySelectorAll("canvas") ?? [], (canvas) => canvas.width);
+  const widths = await page.run(readWidths);
+  for (const ratio of [2, 3]) {
+    await page.page.evaluate(`changeRatio(${ratio})`);
+    const expected = JSON.stringify(widths.map((width) => ratio * width));
+    const shown = `JSON.stringify((${String(readWidths)})(document.querySelector("quarc-player")))`;
+    await page.page.waitForFunction(`${shown} === '${expected}'`);
+  }
 });

@@ -1,5 +1,6 @@
 /** The user interface of the component, from its insertion into a page to its removal. */
 
+import { onScreenResize } from "../draw/screen-size.js";
 import { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
@@ -38,9 +39,7 @@ export class Session {
     connectControls(this, root, signal);
     const { slider } = this.layout;
     slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
-    const resizeObserver = new ResizeObserver(() => this.refresh());
-    resizeObserver.observe(this.layout.chart);
-    signal.addEventListener("abort", () => resizeObserver.disconnect());
+    onScreenResize(this.layout.chart, () => this.refresh(), signal);
   }
 
   /** Open a stream at a frame; `poster` is the address of a picture to show until the frame is shown. */

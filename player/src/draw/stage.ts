@@ -10,6 +10,7 @@ import { eyeAxis, fitArea, resizeEye, widenEye, type Area, type Eye } from "./ey
 import { openContext, Painter } from "./painter.js";
 import { takePicture, type PixelFormat } from "./picture.js";
 import { DrawingError } from "./programs.js";
+import { onScreenResize } from "./screen-size.js";
 
 const MAX_PIXELS = 2560 * 1440;
 
@@ -38,7 +39,6 @@ export class Stage {
   readonly #sorter: Worker;
   readonly #events: StageEvents;
   readonly #abortController = new AbortController();
-  readonly #resizeObserver: ResizeObserver;
   readonly #pendingRequests = new Map<number, HandleSortReply>();
   #lastToken = 0;
   #info: StreamInfo | null = null;
@@ -59,8 +59,7 @@ export class Stage {
     this.#sorter.addEventListener("message", ({ data }) => this.#handleSortReply(data as SortReply), { signal });
     canvas.addEventListener("webglcontextlost", (event) => this.#handleContextLost(event), { signal });
     canvas.addEventListener("webglcontextrestored", () => this.#handleContextRestored(), { signal });
-    this.#resizeObserver = new ResizeObserver(() => this.#requestDrawing());
-    this.#resizeObserver.observe(canvas);
+    onScreenResize(canvas, () => this.#requestDrawing(), signal);
   }
 
   /** Whether a frame is being sorted. The next frame must not be shown before it is on the screen. */
@@ -124,7 +123,6 @@ export class Stage {
 
   dispose(): void {
     this.#abortController.abort();
-    this.#resizeObserver.disconnect();
     cancelAnimationFrame(this.#drawRequest);
     this.#sorter.terminate();
     this.#dropRequests();
