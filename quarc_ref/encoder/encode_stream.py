@@ -37,7 +37,7 @@ from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_fact
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, FrameWritten
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
-from quarc_ref.encoder.settings.config import EncoderConfig, make_header
+from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians, make_header
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
@@ -120,7 +120,8 @@ class _Encoding:
         self._capture = capture
         self._context = _make_context(capture, options)
         self._report = options.report
-        self._config = adapt_steps_to_capture(options.config, capture)
+        config = limit_gaussians(options.config, len(capture.training))
+        self._config = adapt_steps_to_capture(config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
         self._checkpoint = self._open_checkpoint(options.checkpoint)
         self._inter_frame_sizes: list[int] = []

@@ -12,7 +12,7 @@ from quarc_ref.encoder.estimate import estimate_step_seconds
 from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.views import TrainingViews
@@ -73,6 +73,7 @@ def forecast(
         CaptureError: A picture cannot be read, or the capture has too few frames.
     """
     frame_count = capture.require_frames(frames)
+    config = limit_gaussians(config, len(capture.training))
     first_frame_seconds, later_frame_seconds = _forecast_seconds(
         capture, config, frame_count, device
     )

@@ -95,6 +95,13 @@ def test_births_are_added_and_as_many_die_in_the_next_frame(stream):
     assert {frame.gaussians - frame.births for frame in frames} == {frames[0].gaussians}
 
 
+def test_with_few_views_a_scene_has_fewer_gaussians(stream):
+    canonical = replace(SMALL.canonical, max_gaussians_per_view=20)
+    limited = next(decode(_encode(replace(SMALL, canonical=canonical), frames=1)))
+
+    assert limited.count <= 20 * len(make_capture().training) < next(decode(stream)).count
+
+
 def test_only_the_requested_number_of_frames_is_encoded():
     assert [scene.frame for scene in decode(_encode(frames=2))] == [0, 1]
 

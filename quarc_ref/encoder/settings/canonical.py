@@ -1,7 +1,7 @@
 """Settings of canonical frames."""
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from quarc_ref.encoder.settings.ranges import (
     GaussianCount,
@@ -45,6 +45,12 @@ class CanonicalSettings(Validated):
         "used.",
     )
     max_gaussians: GaussianCount = described(1 << 20, "Maximum number of Gaussians.")
+    max_gaussians_per_view: NonNegativeInt = described(
+        0,
+        "Maximum number of Gaussians per training view; training starts from at most half of them. "
+        "With few views, more Gaussians fit only these views. 0: only canonical.max_gaussians and "
+        "canonical.initial_gaussians limit the number (paper).",
+    )
     sh_from_iter: NonNegativeInt = described(
         1000, "First iteration that trains SH degree 1 (paper: 1000)."
     )
@@ -150,6 +156,14 @@ class CanonicalSettings(Validated):
     opacity_lr: NonNegativeFloat = described(0.05, "Learning rate of opacity logits.")
     scale_lr: NonNegativeFloat = described(5e-3, "Learning rate of log-scales.")
     rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (quaternions).")
+
+    def limit_to_views(self, view_count: int) -> "CanonicalSettings":
+        """Return the settings for a number of training views: see `max_gaussians_per_view`."""
+        max_gaussians = self.max_gaussians_per_view * view_count
+        if not max_gaussians or max_gaussians >= self.max_gaussians:
+            return self
+        initial_gaussians = min(self.initial_gaussians, (max_gaussians + 1) // 2)
+        return replace(self, max_gaussians=max_gaussians, initial_gaussians=initial_gaussians)
 
     def frame_kind(self, frame: int) -> bytes:
         """Return the chunk type of a frame: CANO, SNAP or FRAM."""

@@ -87,6 +87,11 @@ class EncoderConfig(Validated):
     )
 
 
+def limit_gaussians(config: EncoderConfig, view_count: int) -> EncoderConfig:
+    """Return the settings for a number of training views: `CanonicalSettings.limit_to_views`."""
+    return replace(config, canonical=config.canonical.limit_to_views(view_count))
+
+
 def make_header(
     config: EncoderConfig, frames_per_second: float, gaussian_count: int
 ) -> StreamHeader:

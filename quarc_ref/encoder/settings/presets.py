@@ -50,6 +50,7 @@ _MAIN = EncoderConfig(
         iterations=4000,
         initial_gaussians=20_000,
         max_gaussians=40_000,
+        max_gaussians_per_view=3500,
         sh_from_iter=3600,
         lambda_dssim=0.4,
         densify_from_iter=300,
