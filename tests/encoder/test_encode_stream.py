@@ -96,10 +96,11 @@ def test_births_are_added_and_as_many_die_in_the_next_frame(stream):
 
 
 def test_with_few_views_a_scene_has_fewer_gaussians(stream):
-    canonical = replace(SMALL.canonical, max_gaussians_per_view=20)
+    canonical = replace(SMALL.canonical, max_gaussians_from_views=8)
     limited = next(decode(_encode(replace(SMALL, canonical=canonical), frames=1)))
+    limit = SMALL.canonical.max_gaussians * len(make_capture().training) // 8
 
-    assert limited.count <= 20 * len(make_capture().training) < next(decode(stream)).count
+    assert limited.count <= limit < next(decode(stream)).count
 
 
 def test_only_the_requested_number_of_frames_is_encoded():

@@ -44,12 +44,15 @@ class CanonicalSettings(Validated):
         "Maximum number of initial points to train from; if there are more, a random subset is "
         "used.",
     )
-    max_gaussians: GaussianCount = described(1 << 20, "Maximum number of Gaussians.")
-    max_gaussians_per_view: NonNegativeInt = described(
+    max_gaussians: GaussianCount = described(
+        1 << 20, "Maximum number of Gaussians; fewer with few views (max_gaussians_from_views)."
+    )
+    max_gaussians_from_views: NonNegativeInt = described(
         0,
-        "Maximum number of Gaussians per training view; training starts from at most half of them. "
-        "With few views, more Gaussians fit only these views. 0: only canonical.max_gaussians and "
-        "canonical.initial_gaussians limit the number (paper).",
+        "Number of training views from which canonical.initial_gaussians and "
+        "canonical.max_gaussians apply unchanged. With fewer views, both are reduced in "
+        "proportion, because the scene would otherwise overfit these views. 0: never reduced "
+        "(paper).",
     )
     sh_from_iter: NonNegativeInt = described(
         1000, "First iteration that trains SH degree 1 (paper: 1000)."
@@ -158,12 +161,14 @@ class CanonicalSettings(Validated):
     rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (quaternions).")
 
     def limit_to_views(self, view_count: int) -> "CanonicalSettings":
-        """Return the settings for a number of training views: see `max_gaussians_per_view`."""
-        max_gaussians = self.max_gaussians_per_view * view_count
-        if not max_gaussians or max_gaussians >= self.max_gaussians:
+        """Return the settings for a number of training views: see `max_gaussians_from_views`."""
+        if view_count >= self.max_gaussians_from_views:
             return self
-        initial_gaussians = min(self.initial_gaussians, (max_gaussians + 1) // 2)
-        return replace(self, max_gaussians=max_gaussians, initial_gaussians=initial_gaussians)
+        initial_gaussians, max_gaussians = (
+            max(1, count * view_count // self.max_gaussians_from_views)
+            for count in (self.initial_gaussians, self.max_gaussians)
+        )
+        return replace(self, initial_gaussians=initial_gaussians, max_gaussians=max_gaussians)
 
     def frame_kind(self, frame: int) -> bytes:
         """Return the chunk type of a frame: CANO, SNAP or FRAM."""
