@@ -100,8 +100,8 @@ TargetSize = Annotated[
     typer.Option(
         "--target-kb-per-frame",
         metavar="K",
-        help="Target size in KB of each frame that is not a keyframe; lambda is adapted from "
-        "frame to frame.",
+        help="Target for the mean size, in KB (1024 bytes), of the frames that are not keyframes; "
+        "lambda is adapted from frame to frame.",
         show_default="no target",
     ),
 ]
@@ -128,7 +128,8 @@ Resume = Annotated[
     bool,
     typer.Option(
         "--resume",
-        help="Resume an interrupted encode with the same settings; the output is byte-identical.",
+        help="Resume an interrupted encode with the same settings; on the same kind of CPU, the "
+        "output is byte-identical.",
     ),
 ]
 Segments = Annotated[
@@ -168,7 +169,8 @@ LogFile = Annotated[
     typer.Option(
         "--log-json",
         metavar="FILE",
-        help="Append a JSON line to FILE after each training step and each frame.",
+        help="Write a JSON line to FILE after each training step and each frame; with --resume, "
+        "append to an existing FILE.",
     ),
 ]
 TensorBoardFolder = Annotated[
