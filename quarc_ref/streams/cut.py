@@ -36,7 +36,7 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
         Number of frames written.
 
     Raises:
-        EditError: Frame `start` does not exist, is not canonical, or is not before `stop`.
+        EditError: Frame `start` does not exist, is not a keyframe, or is not before `stop`.
         BitstreamError: The stream is invalid.
         SourceError: The file, pipe or server cannot be read.
     """
@@ -115,7 +115,7 @@ def _raise_no_keyframe(
         next_keyframe = next_keyframe or next(
             (later.frame for later in steps if later.is_canonical), None
         )
-    problem = f"frame {start} is not canonical, so a stream cannot begin with it"
+    problem = f"frame {start} is not a keyframe, so a stream cannot begin with it"
     if step.frame != start:
         problem = f"the stream has no frame {start}"
     raise EditError(problem + _describe_nearest_keyframes(previous_keyframe, next_keyframe))
@@ -149,5 +149,5 @@ def _describe_nearest_keyframes(previous_keyframe: int | None, next_keyframe: in
     keyframes = [str(frame) for frame in (previous_keyframe, next_keyframe) if frame is not None]
     if not keyframes:
         return ""
-    subject = "frames are" if len(keyframes) > 1 else "frame is"
-    return f"; the nearest canonical {subject} {' and '.join(keyframes)}"
+    subject = "keyframes are" if len(keyframes) > 1 else "keyframe is"
+    return f"; the nearest {subject} {' and '.join(keyframes)}"

@@ -46,7 +46,7 @@ def _get_exit_code(error):
         (BrokenPipeError(errno.EPIPE, "Broken pipe"), 3, "Broken pipe"),
         (MemoryError("Unable to allocate 2 TiB"), 3, "not enough memory: Unable to allocate"),
         (MemoryError(), 3, "out of memory"),
-        (EditError("frame 3 is not canonical"), 2, "frame 3 is not canonical"),
+        (EditError("frame 3 is not a keyframe"), 2, "frame 3 is not a keyframe"),
         (EnvironmentVariableError("no such kernels"), 2, "no such kernels"),
         (UnicodeEncodeError("utf-8", "a\udcff", 1, 2, "why"), 3, "is not valid UTF-8"),
         (SourceError("the server is silent"), 3, "the server is silent"),

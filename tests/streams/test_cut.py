@@ -69,13 +69,13 @@ def test_a_part_can_be_cut_again():
 @pytest.mark.parametrize(
     ("start", "stop", "message"),
     [
-        (6, None, "frame 6 is not canonical, .* canonical frames are 4 and 8"),
-        (10, None, "frame 10 is not canonical, .* canonical frame is 8"),
-        (11, None, "no frame 11; the nearest canonical frame is 8"),
+        (6, None, "frame 6 is not a keyframe, .* keyframes are 4 and 8"),
+        (10, None, "frame 10 is not a keyframe, .* keyframe is 8"),
+        (11, None, "no frame 11; the nearest keyframe is 8"),
         (4, 4, "begins at frame 4 and ends before frame"),
     ],
 )
-def test_an_impossible_cut_names_the_nearest_canonical_frames(start, stop, message):
+def test_an_impossible_cut_names_the_nearest_keyframes(start, stop, message):
     sink = io.BytesIO()
     with pytest.raises(EditError, match=message):
         cut(CountedSource(_DATA), start, stop, sink)
@@ -86,7 +86,7 @@ def test_an_impossible_cut_names_the_nearest_canonical_frames(start, stop, messa
 def test_frames_before_the_first_do_not_exist():
     later_frames = cut_bytes(_DATA, 4)
 
-    with pytest.raises(EditError, match="no frame 2; the nearest canonical frame is 4"):
+    with pytest.raises(EditError, match="no frame 2; the nearest keyframe is 4"):
         cut_bytes(later_frames, 2)
     with pytest.raises(EditError, match="begins at frame 4 and ends before frame"):
         cut_bytes(later_frames, None, 3)
