@@ -36,7 +36,8 @@ INFO_ROWS = {
     "motion, updates, births": "bytes of other frames: moving anchors, changed and new Gaussians.",
     "zero-order estimate": "the paper's estimate of these bytes: zero-order entropy of symbols.",
     "overhead": "headers, cameras, metadata and checksums.",
-    "KB per frame": "mean size of a frame, without and with canonical frames.",
+    "KB per frame": "mean size of the frames that are not keyframes; size of the whole stream "
+    "divided by the number of frames.",
 }
 
 

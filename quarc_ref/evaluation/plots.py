@@ -55,7 +55,7 @@ def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
         for frame in summary.frames
     ]
     bottom_axes.bar(frames, overhead_sizes, bottom=stack_tops, color=_GRAY, label="overhead")
-    bottom_axes.set_ylabel("KB, without canonical frames")
+    bottom_axes.set_ylabel("KB, without keyframes")
     bottom_axes.set_xlabel("frame")
     bottom_axes.xaxis.set_major_locator(MaxNLocator(integer=True))
     _place_legend_above(bottom_axes)

@@ -86,8 +86,8 @@ def _compose_key_figures(evaluation: Evaluation) -> str:
         "PSNR, first frame": f"{quality.psnr[0]:.2f} dB",
         "PSNR, worst frame": f"{min(quality.psnr):.2f} dB",
         "SSIM, mean": f"{np.mean(quality.ssim):.4f}",
-        "KB per frame, without canonical frames": f"{rates['without_canonical']:.2f}",
-        "KB per frame, with canonical frames": f"{rates['with_canonical']:.2f}",
+        "KB per frame, without keyframes": f"{rates['without_canonical']:.2f}",
+        "KB per frame, whole stream": f"{rates['with_canonical']:.2f}",
         "Gaussians": f"{summary.frames[-1].gaussians:,}",
         "whole stream": f"{summary.total_bytes:,} bytes",
     }

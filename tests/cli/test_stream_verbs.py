@@ -56,7 +56,7 @@ def test_info_prints_the_same_figures_as_text(stream_file):
         assert re.search(
             rf"^{kind} +{size:,} bytes \(zero-order estimate {estimate:,}\)", text, re.M
         )
-    assert f"{json_output['kb_per_frame']['with_canonical']:.2f} with" in text
+    assert f"{json_output['kb_per_frame']['with_canonical']:.2f} for the whole stream" in text
     assert "cam00 (held out)" in text
     assert "made by hand" in text
 

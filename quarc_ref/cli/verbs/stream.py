@@ -168,8 +168,8 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
         fields[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
     fields["overhead"] = f"{coded['overhead']:,} bytes"
     fields["KB per frame"] = (
-        f"{kilobytes['without_canonical']:.2f} without canonical frames, "
-        f"{kilobytes['with_canonical']:.2f} with them; a KB is 1024 bytes"
+        f"{kilobytes['without_canonical']:.2f} without keyframes, "
+        f"{kilobytes['with_canonical']:.2f} for the whole stream; a KB is 1024 bytes"
     )
     fields["world"] = (
         f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
