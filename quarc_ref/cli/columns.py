@@ -17,7 +17,7 @@ _QUALITY_COLUMNS = {
 }
 EVAL_COLUMNS = _QUALITY_COLUMNS
 COMPARE_COLUMNS = {
-    "entry": "METHOD@POINT, and the type of the entry: stream, PLY per frame, renders, 4dgs.",
+    "entry, kind": "METHOD@POINT; what the entry is: stream, PLY per frame, renders, 4dgs.",
     "runs": "number of entries with this METHOD@POINT; if above 1, figures are mean ± deviation.",
     "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
     "cc PSNR": _QUALITY_COLUMNS["cc"],
@@ -28,6 +28,7 @@ COMPARE_COLUMNS = {
     "dB to first": "difference in PSNR from the first entry, computed for each view and averaged.",
     "better": "share of the views in which the entry has a higher PSNR than the first entry.",
     "BD-rate": "difference in bytes from the first method at equal PSNR; negative means fewer.",
+    "BD-rate by SSIM": "the same difference in bytes, but at equal SSIM.",
     "BD-PSNR": "difference in PSNR from the first method at equal bytes.",
 }
 INFO_ROWS = {

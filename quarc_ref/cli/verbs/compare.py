@@ -205,7 +205,7 @@ def _print_result(
     title = (
         f"Against {comparison.truth_description}: {format_count(len(comparison.frames), 'frame')}"
     )
-    headings = [f"<{heading}" if heading in ("entry", "is") else heading
+    headings = [f"<{heading}" if heading in ("entry", "kind") else heading
                 for heading in tables.list_point_headings(summary)]  # fmt: skip
     print_columns(title, headings, tables.format_point_rows(summary))
     if summary.deltas:

@@ -23,7 +23,7 @@ COMPARE_METRIC_COLUMNS = (
     ("flicker", "flicker", ".3f"),
 )
 
-POINT_HEADINGS = ("entry", "is", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
+POINT_HEADINGS = ("entry", "kind", "runs", "bytes", "KB / frame", "Mb/s", "dB to first", "better")
 
 
 def list_point_headings(summary: Summary) -> list[str]:
