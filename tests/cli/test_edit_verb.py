@@ -6,7 +6,7 @@ from quarc_ref.streams import decode
 from tests.cli.commands import list_names, run, run_json
 
 
-def test_colors_are_changed_exactly(stream_file, tmp_path):
+def test_colors_are_changed_without_fitting_frames_again(stream_file, tmp_path):
     edited_file = tmp_path / "out.quarc"
     json_output = run_json("edit", stream_file, "-o", edited_file, "--recolor", "gain=1.5")
 
@@ -30,10 +30,10 @@ def test_other_edits_are_fitted_again_within_bounds(stream_file, small_stream, t
 
 
 def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
-    exact_edit = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
+    color_edit = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
     fitted_edit = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
 
-    assert "exact (integer arithmetic)" in exact_edit.stdout
+    assert "only colors; offsets are rounded to whole codes" in color_edit.stdout
     assert "fitted again" in fitted_edit.stdout
 
 

@@ -75,9 +75,9 @@ def edit(
 ) -> None:
     """Crop, erase, rotate or recolor all frames of a stream in the same way.
 
-    No pictures are needed. An edit that only changes colors is exact: it adds and multiplies
-    integers. Any other edit changes the anchors. All frames are then fitted again, as in `import`,
-    and no error exceeds its bound.
+    No pictures are needed. An edit that only changes colors does not fit frames again; color
+    offsets are rounded to whole codes. Any other edit changes the anchors. All frames are then
+    fitted again, as in `import`, and no error exceeds its bound.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.streams import open_source
@@ -198,7 +198,7 @@ def _print_result(output: Path, count: int, report: "SceneReport | None", *, as_
         print_json("edit/1", {**summary, "bounds": bounds, "errors": errors})
         return
     method_text = (
-        "exact (integer arithmetic)"
+        "only colors; offsets are rounded to whole codes"
         if report is None
         else "fitted again; all errors are within their bounds"
     )
