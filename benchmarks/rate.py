@@ -2,7 +2,7 @@
 
     python benchmarks/rate.py CAPTURE... [--streams DIR] [--preset P] [--sweep] [--json]
 
-CAPTURE is the folder of a capture, or `synth` for the built-in capture of `make demo`. Streams that
+CAPTURE is the folder of a capture, or `synth` for the playroom of `make demo`. Streams that
 are not yet in DIR are encoded and saved there, so the same command resumes an interrupted run.
 Tables (Markdown, CSV) and plots are also written to DIR.
 """

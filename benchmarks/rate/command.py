@@ -91,7 +91,7 @@ def _parse_arguments() -> argparse.Namespace:
         "captures",
         nargs="+",
         metavar="CAPTURE",
-        help=f"folder of a capture, or {BUILT_IN_CAPTURE} for the built-in capture",
+        help=f"folder of a capture, or {BUILT_IN_CAPTURE} for the playroom",
     )
     add(
         "--streams",

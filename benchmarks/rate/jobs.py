@@ -74,7 +74,7 @@ class Job:
 
 
 def trace_capture_if_missing(name: str, folder: Path) -> Path:
-    """Return the folder of a capture; ray-trace the built-in capture first if it is missing."""
+    """Return the folder of a capture; ray-trace the playroom first if it is missing."""
     if name != BUILT_IN_CAPTURE or Path(name).is_dir():
         return Path(name)
     capture_folder = folder / BUILT_IN_CAPTURE

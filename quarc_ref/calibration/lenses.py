@@ -58,7 +58,7 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
     missing_cameras = [name for name in names if name not in lenses]
     if missing_cameras:
         message = (
-            f"{capture} has no lens for camera {', '.join(missing_cameras)}; it has lenses for "
+            f"{capture} has no intrinsics for camera {', '.join(missing_cameras)}; it has those of "
             f"{', '.join(lenses)}"
         )
         raise CalibrationError(message)
@@ -66,7 +66,7 @@ def read_lenses(capture: Path, names: Sequence[str], sizes: Sequence[Size]) -> d
         lens = lenses[name]
         if size != (lens.width, lens.height):
             message = (
-                f"the lens of camera {name} in {capture} is for pictures of "
+                f"the intrinsics of camera {name} in {capture} are for pictures of "
                 f"{lens.width}x{lens.height}, but the camera's recording is {size[0]}x{size[1]}"
             )
             raise CalibrationError(message)

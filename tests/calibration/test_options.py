@@ -83,7 +83,7 @@ def test_known_lenses_are_used_unchanged(picture_folder, shared_lens_rig, tmp_pa
 def test_lenses_of_other_cameras_or_sizes_are_rejected(picture_folder, shared_lens_rig, tmp_path):
     with written_folder(tmp_path / "capture") as folder:
         write_capture(shared_lens_rig, folder)
-    with pytest.raises(CalibrationError, match="no lens for camera elsewhere"):
+    with pytest.raises(CalibrationError, match="no intrinsics for camera elsewhere"):
         read_lenses(tmp_path / "capture", ["elsewhere"], [(320, 240)])
     with pytest.raises(CalibrationError, match="the camera's recording is 64x48"):
         read_lenses(tmp_path / "capture", find_recordings(picture_folder).names[:1], [(64, 48)])

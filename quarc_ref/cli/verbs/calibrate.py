@@ -61,8 +61,8 @@ def calibrate(
         Literal["shared", "each"],
         typer.Option(
             "--lenses",
-            help="shared: cameras with the same picture size share one lens; each: every camera "
-            "has its own lens.",
+            help="shared: cameras with the same picture size have the same intrinsics; each: "
+            "every camera has its own.",
         ),
     ] = "shared",
     intrinsics: Annotated[
@@ -70,8 +70,8 @@ def calibrate(
         typer.Option(
             "--intrinsics",
             metavar="CAPTURE",
-            help="Use the lenses of another capture that was made with the same cameras, and do "
-            "not optimize them.",
+            help="Use the intrinsics of another capture that was made with the same cameras, and "
+            "do not optimize them.",
             callback=lambda path: path and check_folder(path),
         ),
     ] = None,
@@ -124,7 +124,7 @@ def calibrate(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Make a capture from recordings: find poses, lenses and time offsets of the cameras."""
+    """Make a capture from recordings: find poses, intrinsics and time offsets of the cameras."""
     with report_errors():
         from quarc_ref.calibration.calibrate import CalibrateOptions
         from quarc_ref.calibration.calibrate import calibrate as run_calibration

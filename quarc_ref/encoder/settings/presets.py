@@ -1,7 +1,7 @@
 """Presets (named sets of settings), and functions that list and change single settings.
 
 `main` has the best measured trade-off between bytes and PSNR (benchmarks/README.md).
-`demo` encodes the built-in capture in a few minutes on two cores, with the same quality as
+`demo` encodes the playroom in a few minutes on two cores, with the same quality as
 `main` but several times the bytes. `paper` has the training schedule and the quantization
 steps of the QuARC-GS paper; all these steps except the position step are 0.01.
 """
