@@ -67,6 +67,7 @@ def test_your_method_against_ours(tmp_path, capture):
     made = run("encode", capture, "-o", stream, "--frames", "2", *TINY_OPTIONS)
     assert made.exit_code == 0, made.stderr
     assert run("decode", stream, "-o", tmp_path / "plys", "--to", "ply").exit_code == 0
+    (tmp_path / "plys" / "sequence.json").unlink()  # other methods do not write it
 
     follow("your-method.md", tmp_path)
 
@@ -75,13 +76,16 @@ def test_your_method_against_ours(tmp_path, capture):
 
 
 def test_the_papers_table(tmp_path):
-    folder = tmp_path / "N3DV" / "plane"
-    folder.parent.mkdir()
-    scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
+    (tmp_path / "N3DV").mkdir()
+    for name in ("plane", "same"):
+        folder = tmp_path / "N3DV" / name
+        scenes.write_n3dv(folder, scenes.make_shots(), 3, scenes.make_plane_points())
 
     follow("paper-table.md", tmp_path)
 
-    assert (tmp_path / "paper" / "index.html").exists()
+    assert (tmp_path / "paper" / "N3DV" / "plane" / "index.html").exists()
+    assert (tmp_path / "paper" / "scenes.csv").exists()
+    assert "| mean |" in (tmp_path / "paper" / "scenes.md").read_text()
 
 
 def test_writing_a_decoder(tmp_path):
