@@ -23,7 +23,7 @@ def requantize(scene: Scene) -> Gaussians:
     header = scene.header
     positions = divide_round(scene.positions.astype(np.int64), header.position_step)
     if int(np.ptp(positions, axis=1).max()) >> AXIS_BITS_LIMIT:
-        message = f"the scene is wider than 2^{AXIS_BITS_LIMIT} steps: increase position_step"
+        message = f"the scene is wider than 2^{AXIS_BITS_LIMIT} position steps: use larger steps"
         raise EncodeError(message)
     return Gaussians(
         positions,

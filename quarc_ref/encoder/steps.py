@@ -25,7 +25,8 @@ from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
-_RANGE_FACTOR = 4  # range of the lattice, relative to the largest coordinate
+_RANGE_FACTOR = 4  # range of the lattice, relative to the reach of cameras and points
+_REACH_QUANTILE = 0.99
 _MIN_TRANSLATION_PIXELS, _MAX_TRANSLATION_PIXELS = 0.02, 1.0
 _WHITE = 255
 
@@ -41,8 +42,8 @@ def propose_steps(
 
     The smaller step is 8 to 16 lattice units, so that rounding changes the steps by at most a
     sixteenth. With `translation_error`, this also holds for the smallest translation step that can
-    be chosen later. If a lattice this fine does not cover four times the largest coordinate of
-    cameras and points, a coarser lattice is used.
+    be chosen later. If a lattice this fine does not cover four times the coordinates of cameras and
+    points (`measure_reach`), a coarser lattice is used.
 
     Args:
         header: Header from the settings. If a step is 0 in `settings`, the step in `header` is
@@ -71,7 +72,7 @@ def propose_steps(
     if settings.translation_error:
         finest_step_size = min(finest_step_size, _MIN_TRANSLATION_PIXELS * pixel_size)
     try:
-        exponent = _choose_exponent(finest_step_size, _measure_max_coordinate(cameras, points))
+        exponent = _choose_exponent(finest_step_size, measure_reach(cameras, points))
         position_units, translation_units = (_to_lattice_units(x, exponent) for x in step_sizes)
         return replace(
             header,
@@ -168,18 +169,20 @@ def _translation_pixels(change: float, sharpness: float) -> float:
     return max(change / sharpness, _MIN_TRANSLATION_PIXELS)
 
 
-def _measure_max_coordinate(cameras: Sequence[Camera], points: Points) -> float:
-    """Return the largest coordinate of cameras and points, in world units."""
-    max_coordinate = float(np.abs(points.positions).max())
-    for camera in cameras:
-        max_coordinate = max(max_coordinate, float(np.abs(camera_center(camera)).max()))
-    return max_coordinate
+def measure_reach(cameras: Sequence[Camera], points: Points) -> float:
+    """Measure how far cameras and points are from the origin along an axis, in world units.
+
+    The farthest hundredth of the points is ignored, because a wrong point can be at any distance.
+    """
+    distances = np.abs(points.positions).max(axis=1)
+    reach = float(np.quantile(distances, _REACH_QUANTILE, method="higher"))
+    return max(reach, *(float(np.abs(camera_center(camera)).max()) for camera in cameras))
 
 
-def _choose_exponent(step: float, max_coordinate: float) -> int:
-    """Choose the lattice exponent for a step and a largest coordinate, both in world units."""
+def _choose_exponent(step: float, reach: float) -> int:
+    """Choose the lattice exponent for a step and the reach of the scene, both in world units."""
     precision_exponent = math.ceil(math.log2(_MIN_UNITS_PER_STEP / step))
-    range_exponent = math.floor(math.log2(POSITION_LIMIT / (_RANGE_FACTOR * max_coordinate)))
+    range_exponent = math.floor(math.log2(POSITION_LIMIT / (_RANGE_FACTOR * reach)))
     return min(max(min(precision_exponent, range_exponent), 0), LATTICE_EXPONENT_LIMIT)
 
 

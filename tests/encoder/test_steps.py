@@ -140,13 +140,30 @@ def test_steps_in_pixels_do_not_depend_on_the_unit_of_length(factor):
 @given(st.floats(1e-4, 1.0))
 def test_the_lattice_extends_beyond_the_cameras_and_the_points(pixels):
     cameras, points = _CAMERAS_AND_POINTS
-    far_points = Points(np.concatenate([points.positions, [[9e3, 0, 0]]]), points.colors)
+    positions = np.concatenate([points.positions, [[9e3, 0, 0]] * len(points.positions)])
+    far_points = Points(positions, np.zeros(positions.shape, dtype=np.uint8))
 
     header = propose_steps(
         StreamHeader(), StepSettings(pixels, pixels), cameras, far_points, _PICTURES
     )
 
     assert 4 * 9e3 * 2.0**header.lattice_exponent <= POSITION_LIMIT
+
+
+@pytest.mark.parametrize("distance", [1e3, 1e6, 3e9])
+def test_a_wrong_point_does_not_make_steps_coarser(distance):
+    cameras, points = _CAMERAS_AND_POINTS
+    positions = np.concatenate([points.positions] * (200 // len(points.positions) + 1))
+    usual = Points(positions.copy(), np.zeros(positions.shape, dtype=np.uint8))
+    positions[0] = distance
+    with_outlier = Points(positions, usual.colors)
+
+    headers = [
+        propose_steps(StreamHeader(), _SETTINGS, cameras, given_points, _PICTURES)
+        for given_points in (usual, with_outlier)
+    ]
+
+    assert headers[0] == headers[1]
 
 
 def test_without_pixels_the_steps_of_the_stream_are_used():

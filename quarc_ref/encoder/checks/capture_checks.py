@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import PointProjection, camera_center, project_points
-from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.capture import Capture, Image, Points
 from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
+from quarc_ref.encoder.steps import measure_pixel_size, measure_reach
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError
 
@@ -31,6 +32,10 @@ _MIN_FRACTION_OF_MEDIAN_COUNT = 0.02
 # Distance from the center of all cameras, relative to the median depth of the points, below
 # which cameras count as coinciding. At this depth, it spans about half a degree.
 _MIN_RELATIVE_RADIUS = 0.01
+# Distance from the origin, in pixels at the scene's distance, above which positions are inaccurate.
+# There, float32, in which training computes, has steps of 1/128 of a pixel, and a lattice that
+# covers four times this distance has only 42 units per pixel.
+_MAX_REACH_PIXELS = 50_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,6 +83,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         )
         raise UnusableCaptureError(message)
     return [
+        *_find_distant_origin(projected, capture.points),
         *_find_points_outside_views(projected),
         *_find_blind_cameras(projected),
         *_find_coinciding_cameras(projected),
@@ -94,6 +100,18 @@ def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _Proje
     projections = tuple(project_points(camera, positions) for camera in cameras)
     is_visible = np.stack([projection.is_visible for projection in projections])
     return _ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
+
+
+def _find_distant_origin(projected: _ProjectedPoints, points: Points) -> Iterator[Finding]:
+    reach = measure_reach(projected.cameras, points)
+    pixel_size = measure_pixel_size(projected.cameras, points)
+    if reach > _MAX_REACH_PIXELS * pixel_size:
+        message = (
+            f"cameras and points reach {reach:.3g} world units from the origin, where a pixel is "
+            f"only {pixel_size:.2g} units wide, so positions will be inaccurate: move the origin "
+            "of poses and points into the scene, or remove distant points"
+        )
+        yield Finding("distant-origin", message)
 
 
 def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]:

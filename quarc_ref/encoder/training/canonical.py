@@ -34,6 +34,7 @@ from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample
 from quarc_ref.encoder.training.pruning import prune_by_contribution
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
+from quarc_ref.format.errors import EncodeError
 
 _INITIAL_OPACITY = 0.1
 _NEIGHBOR_COUNT = 3
@@ -62,6 +63,7 @@ def train_canonical(
         The quantized attributes of the trained Gaussians, except nearly transparent ones.
 
     Raises:
+        EncodeError: All Gaussians became transparent.
         OSError: The checkpoint cannot be written.
     """
     settings = objective.settings
@@ -78,7 +80,14 @@ def train_canonical(
         if checkpoint is not None:  # writing the frame takes time and may be interrupted
             checkpoint.save(training.state_arrays)
     attributes = training.attributes.quantized(objective.header)
-    return attributes.rows(torch.sigmoid(attributes.opacities) >= settings.final_prune_opacity)
+    is_kept = torch.sigmoid(attributes.opacities) >= settings.final_prune_opacity
+    if not bool(is_kept.any()):
+        message = (
+            "all Gaussians of the first frame became transparent in training: check that its "
+            "pictures are not black (encode --start chooses another first frame)"
+        )
+        raise EncodeError(message)
+    return attributes.rows(is_kept)
 
 
 class _Training:

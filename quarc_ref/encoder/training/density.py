@@ -105,9 +105,7 @@ def densify(
     is_selected = _mask_largest(gradients, max_new_count) & (
         gradients >= settings.densify_grad_threshold
     )
-    is_large = attributes.log_scales.amax(dim=1) > math.log(
-        settings.densify_scale_threshold * extent
-    )
+    is_large = attributes.log_scales.amax(dim=1).exp() > settings.densify_scale_threshold * extent
     clones = attributes.rows(is_selected & ~is_large)
     split_gaussians = split(attributes.rows(is_selected & is_large), generator)
     keep_mask = ~(is_selected & is_large)

@@ -47,21 +47,26 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
 
 
 def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attributes:
-    """Return the Gaussians whose positions a canonical frame can represent (SPEC 5.4).
+    """Return the Gaussians whose positions a canonical frame can represent (SPEC 5.4, 7.3).
 
-    Positions are limited by the lattice and by the number of bits per axis. Usually, only a
-    few outliers exceed these limits.
+    The lattice limits positions. Besides, all Gaussians must be within 2^20 position steps along
+    each axis; the box around their median is kept. Usually, only a few outliers are dropped.
 
     Raises:
         EncodeError: No Gaussian remains.
     """
-    max_steps = min(1 << (AXIS_BITS_LIMIT - 1), POSITION_LIMIT // header.position_step) - 1
+    max_steps = POSITION_LIMIT // header.position_step - 1
+    max_offset = (1 << (AXIS_BITS_LIMIT - 1)) - 1
     positions_in_steps = attributes.means / position_step(header)
-    is_representable = (positions_in_steps.abs() <= max_steps).all(dim=1)
-    if not bool(is_representable.any()):
-        message = "no trained Gaussian is within the position range of the format"
+    is_on_lattice = (positions_in_steps.abs() <= max_steps).all(dim=1)
+    if not bool(is_on_lattice.any()):
+        message = (
+            "the positions of all trained Gaussians exceed the range of the format: move the "
+            "origin of the capture's poses and points into the scene"
+        )
         raise EncodeError(message)
-    return attributes.rows(is_representable)
+    offsets = positions_in_steps - positions_in_steps[is_on_lattice].median(dim=0).values
+    return attributes.rows(is_on_lattice & (offsets.abs() <= max_offset).all(dim=1))
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:

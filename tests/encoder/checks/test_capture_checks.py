@@ -94,6 +94,23 @@ def test_two_cameras_side_by_side_are_too_few(trace_capture):
     assert "100% of the initial points are seen by fewer than 3" in finding.message
 
 
+@pytest.mark.parametrize(("distance", "kinds"), [(0, []), (500, []), (3000, ["distant-origin"])])
+def test_a_world_origin_far_from_the_scene_is_reported(correct_capture, distance, kinds):
+    shift = np.array([distance, 0.0, 0.0])
+    cameras = [
+        replace(
+            camera,
+            translation=tuple(
+                np.array(camera.translation) - np.array(camera.rotation).reshape(3, 3) @ shift
+            ),
+        )
+        for camera in correct_capture.cameras
+    ]
+    moved = move_points(plant(correct_capture, cameras=cameras), 1.0, tuple(shift))
+
+    assert _list_kinds(moved) == kinds
+
+
 def test_cameras_in_one_place_are_reported(correct_capture):
     source = correct_capture.cameras[3]
     center = camera_center(source)

@@ -15,6 +15,7 @@ from quarc_ref.encoder.training.canonical import (
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step
+from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import LOG_SCALES, StreamHeader
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from tests.encoder.toys import SMALL, make_capture, make_context
@@ -87,6 +88,15 @@ def test_training_approaches_the_pictures_and_ends_on_the_grid():
     for tensor, rounded in zip(trained.tensors(), requantized.tensors(), strict=True):
         assert torch.allclose(tensor, rounded, atol=1e-6)
     assert quantize_gaussians(trained, header).count == trained.means.shape[0]
+
+
+def test_a_scene_that_became_transparent_is_an_encode_error():
+    settings = replace(SMALL.canonical, iterations=1, final_prune_opacity=1.0)
+
+    with pytest.raises(EncodeError, match="all Gaussians of the first frame became transparent"):
+        train_canonical(
+            make_context(), make_capture().points, CanonicalObjective(settings, StreamHeader())
+        )
 
 
 def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):

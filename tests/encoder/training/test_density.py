@@ -33,10 +33,10 @@ def _make_statistics(gradients: list[float]) -> ScreenStatistics:
     return statistics
 
 
-def _densify(attributes, gradients, **settings) -> Attributes:
+def _densify(attributes, gradients, scale_threshold=0.1, **settings) -> Attributes:
     trainer = Trainer(attributes, (0.1,) * 6)
     densify_settings = CanonicalSettings(
-        densify_grad_threshold=0.5, densify_scale_threshold=0.1, **settings
+        densify_grad_threshold=0.5, densify_scale_threshold=scale_threshold, **settings
     )
     generator = torch.Generator().manual_seed(0)
     densify(trainer, _make_statistics(gradients), densify_settings, _EXTENT, generator)
@@ -55,6 +55,12 @@ def test_a_large_gaussian_with_a_large_gradient_is_split_into_two_smaller_ones()
     assert densified.means.shape[0] == 3
     assert densified.means[0].tolist() == [3, 4, 5]
     assert torch.allclose(densified.log_scales[1:], torch.full((2, 3), math.log(0.5 / 1.6)))
+
+
+def test_with_a_scale_threshold_of_0_every_gaussian_is_split():
+    densified = _densify(_make_attributes([0.01, 0.01]), [1.0, 1.0], scale_threshold=0.0)
+
+    assert torch.allclose(densified.log_scales, torch.full((4, 3), math.log(0.01 / 1.6)))
 
 
 def test_a_transparent_gaussian_is_pruned():

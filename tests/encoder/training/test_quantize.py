@@ -16,6 +16,7 @@ from quarc_ref.encoder.training.quantize import (
 )
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import from_splats
+from quarc_ref.format.constants import AXIS_BITS_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from tests import strategies
@@ -92,12 +93,27 @@ def test_outliers_off_the_lattice_are_dropped():
     quantize_gaussians(representable, header)
 
 
+@pytest.mark.parametrize("distance_in_steps", [0, 1_500_000, -1_500_000])
+def test_a_scene_far_from_the_origin_is_kept(distance_in_steps):
+    header = StreamHeader()
+    attributes = _make_attributes(header)
+    attributes.means[:] += distance_in_steps * position_step(header)
+    attributes.means[5, 1] += 600_000 * position_step(header)  # outside 2^20 steps
+
+    representable = drop_unrepresentable(attributes, header)
+
+    assert representable.means.shape[0] == 19
+    gaussians = quantize_gaussians(representable, header)
+    assert np.ptp(gaussians.positions, axis=1).max() < 1 << AXIS_BITS_LIMIT
+    assert begin_canonical(header, 0, gaussians).scene.count == 19
+
+
 def test_a_scene_without_any_valid_gaussian_is_an_encode_error():
     header = StreamHeader()
     attributes = _make_attributes(header)
     attributes.means[:] = 1e30
 
-    with pytest.raises(EncodeError, match="no trained Gaussian"):
+    with pytest.raises(EncodeError, match="positions of all trained Gaussians exceed the range"):
         drop_unrepresentable(attributes, header)
 
 
