@@ -7,6 +7,7 @@ from statistics import median_high
 
 import numpy as np
 
+from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
 from quarc_ref.datasets.video import VideoReader
@@ -28,7 +29,7 @@ def require_usable_frame_rate(frames_per_second: float) -> None:
         message = (
             f"the frame rate of the capture is {frames_per_second:g} frames per second, but it "
             f"must be from {MIN_FRAME_RATE:g} to {MAX_FRAME_RATE:,.0f}: correct 'fps' in "
-            "transforms.json, or convert the videos"
+            f"transforms.json, or set 'frames_per_second' in {NOTES_NAME}"
         )
         raise FrameRateError(message)
 

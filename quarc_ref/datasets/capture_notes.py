@@ -2,10 +2,11 @@
 
 The file is in the folder of a capture, next to the files of the capture's layout:
 
-    {"offsets": {"cam03": 4, "cam07": 0.5}, "up": [0, -1, 0], "meters_per_unit": 1}
+    {"offsets": {"cam03": 4, "cam07": 0.5}, "frames_per_second": 25, "up": [0, -1, 0],
+     "meters_per_unit": 1}
 
-Every key is optional. `calibrate` writes the file. Loading a capture applies the offsets,
-and encoding writes the up direction and the scale into the stream.
+Every key is optional. `calibrate` writes the file. Loading a capture applies the offsets and the
+frame rate, and encoding writes the up direction and the scale into the stream.
 """
 
 import json
@@ -16,9 +17,10 @@ from pathlib import Path
 
 from quarc_ref.datasets.errors import MissingCameraError, MissingFileError, UnreadableNotesError
 from quarc_ref.files import write_file
+from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 
 NOTES_NAME = "quarc-capture.json"
-_KEYS = ("offsets", "up", "meters_per_unit")
+_KEYS = ("offsets", "frames_per_second", "up", "meters_per_unit")
 _MAX_BYTES = 1 << 20
 _MAX_OFFSET = 1e7  # largest offset: a day at 100 frames per second
 _MAX_METERS_PER_UNIT = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
@@ -28,7 +30,7 @@ Direction = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class CaptureNotes:
-    """Time offsets, up direction and scale of a capture.
+    """Time offsets, frame rate, up direction and scale of a capture.
 
     Attributes:
         offsets: Offsets in frames by camera name: frame `t` of the capture is frame
@@ -36,6 +38,8 @@ class CaptureNotes:
             offset of 0. Only differences between offsets matter.
         up: Unit vector that points up in the world; None if the up direction is unknown.
         meters_per_unit: Size of a world unit; None if it is unknown.
+        frames_per_second: Frame rate of all cameras; None for the one that the videos state.
+            Folders of pictures state none.
 
     Raises:
         ValueError: A number is not finite or out of range.
@@ -44,6 +48,7 @@ class CaptureNotes:
     offsets: Mapping[str, float] = field(default_factory=dict)
     up: Direction | None = None
     meters_per_unit: float | None = None
+    frames_per_second: float | None = None
 
     def __post_init__(self) -> None:
         for name, offset in self.offsets.items():
@@ -61,6 +66,14 @@ class CaptureNotes:
         ):
             message = (
                 f"meters_per_unit is {self.meters_per_unit}; it must be above 0 and at most 1000000"
+            )
+            raise ValueError(message)
+
+        rate = self.frames_per_second
+        if rate is not None and not is_frame_rate(rate):
+            message = (
+                f"frames_per_second is {rate}; it must be from {MIN_FRAME_RATE:g} to "
+                f"{MAX_FRAME_RATE:,.0f}"
             )
             raise ValueError(message)
 
@@ -128,6 +141,8 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
         document["up"] = list(notes.up)
     if notes.meters_per_unit is not None:
         document["meters_per_unit"] = notes.meters_per_unit
+    if notes.frames_per_second is not None:
+        document["frames_per_second"] = notes.frames_per_second
     write_file(path, json.dumps(document, indent=2, allow_nan=False).encode() + b"\n")
 
 
@@ -153,9 +168,10 @@ def _parse_notes(data: bytes) -> CaptureNotes:
     return CaptureNotes(
         {name: _parse_number(offset, f"the offset of {name}") for name, offset in offsets.items()},
         _parse_up(document["up"]) if "up" in document else None,
-        _parse_number(document["meters_per_unit"], "meters_per_unit")
-        if "meters_per_unit" in document
-        else None,
+        *(
+            _parse_number(document[key], key) if key in document else None
+            for key in ("meters_per_unit", "frames_per_second")
+        ),
     )
 
 

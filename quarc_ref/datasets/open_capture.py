@@ -17,7 +17,7 @@ from quarc_ref.datasets.agreement import (
 )
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.capture import Capture, PictureSource, Points
-from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, read_capture_notes
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     HeldOutError,
@@ -77,9 +77,10 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         CaptureError: The folder is not a usable capture; the message names the file and a remedy.
         DownscaleError: The pictures cannot be downscaled by the requested factor.
     """
-    footage = _add_masks(path, choose_layout(path).read(path))
+    footage, notes = _add_masks(path, choose_layout(path).read(path)), read_capture_notes(path)
     _require_sizes(footage)
-    require_usable_frame_rate(footage.frames_per_second)
+    frames_per_second = notes.frames_per_second or footage.frames_per_second
+    require_usable_frame_rate(frames_per_second)
     held_out = _choose_held_out([camera.name for camera in footage.cameras], options.held_out)
     rectifiers = [_make_rectifier(camera, options.downscale) for camera in footage.cameras]
     cameras = [
@@ -87,7 +88,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         for camera, rectifier in zip(footage.cameras, rectifiers, strict=True)
     ]
     names = [camera.name for camera in cameras]
-    footage, synchronized_pictures = _synchronize(path, footage, options)
+    footage, synchronized_pictures = _synchronize(path, footage, notes, options)
     source = RectifiedPictures(synchronized_pictures, names, rectifiers)
     fingerprint = compute_fingerprint(path, footage.files)
     points = footage.points
@@ -105,13 +106,13 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
             synchronized_pictures.frame_count,
             options.max_frames or synchronized_pictures.frame_count,
         ),
-        frames_per_second=footage.frames_per_second,
+        frames_per_second=frames_per_second,
         points=points,
         source=source,
         fingerprint=fingerprint,
         findings=footage.findings,
         start=options.start,
-        notes=read_capture_notes(path),
+        notes=notes,
         masks=RectifiedMasks(footage.masks, synchronized_pictures.first_frames, rectifiers)
         if footage.masks
         else None,
@@ -143,13 +144,14 @@ def _require_sizes(footage: Footage) -> None:
 
 
 def _synchronize(
-    path: Path, footage: Footage, options: CaptureOptions
+    path: Path, footage: Footage, notes: CaptureNotes, options: CaptureOptions
 ) -> tuple[Footage, SynchronizedPictures]:
     """Apply the cameras' time offsets, and drop the frames before the requested start.
 
     Args:
         path: Path of the capture.
         footage: Contents of the capture.
+        notes: Notes of the capture, with the offsets.
         options: Options, of which only the range of frames is used.
 
     Returns:
@@ -157,11 +159,11 @@ def _synchronize(
         pictures.
 
     Raises:
-        CaptureError: The notes are malformed, or `options.start` or an offset is after the last
-            frame.
+        CaptureError: The offset of an unknown camera is given, or `options.start` or an offset is
+            after the last frame.
     """
     names, start = [camera.name for camera in footage.cameras], options.start
-    offsets = read_capture_notes(path).first_frames(names)
+    offsets = notes.first_frames(names)
     synchronized_pictures = SynchronizedPictures(
         footage.source, [start + offsets[name] for name in names]
     )
@@ -212,6 +214,9 @@ def _choose_held_out(names: Sequence[str], requested_names: Sequence[str]) -> fr
         )
         raise HeldOutError(message)
     held_out = frozenset(requested_names or names[:1])
+    if len(names) == 1:
+        message = f"{names[0]} is the only camera, and training needs at least two others"
+        raise HeldOutError(message)
     if len(held_out) == len(names):
         message = f"all cameras ({', '.join(names)}) are held out: no camera is left for training"
         raise HeldOutError(message)

@@ -13,7 +13,7 @@ from quarc_ref.datasets.errors import MissingCameraError, UnreadableNotesError
 
 
 def test_notes_survive_a_round_trip(tmp_path):
-    notes = CaptureNotes({"cam01": 2.5, "cam02": -3}, (0.0, -1.0, 0.0), 0.25)
+    notes = CaptureNotes({"cam01": 2.5, "cam02": -3}, (0.0, -1.0, 0.0), 0.25, 29.97)
 
     write_capture_notes(tmp_path / NOTES_NAME, notes)
 
@@ -58,7 +58,8 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
         ("{", "Expecting"),
         (
             '{"shifts": {}}',
-            "unknown keys: 'shifts'; the known keys are offsets, up, meters_per_unit",
+            "unknown keys: 'shifts'; the known keys are offsets, frames_per_second, up, "
+            "meters_per_unit",
         ),
         ('{"offsets": [1]}', "'offsets' is not an object"),
         ('{"offsets": {"cam00": true}}', "the offset of cam00 is not a number"),
@@ -69,6 +70,8 @@ def test_an_offset_of_an_unknown_camera_is_rejected_by_name():
         ('{"up": [0, Infinity, 0]}', "it must consist of finite numbers"),
         ('{"meters_per_unit": 0}', "meters_per_unit is 0"),
         ('{"meters_per_unit": "1"}', "meters_per_unit is not a number"),
+        ('{"frames_per_second": 0}', "frames_per_second is 0.0; it must be from 0.001 to"),
+        ('{"frames_per_second": NaN}', "frames_per_second is nan"),
         ("[" * 10**5, "recursion"),
         (" " * (1 << 20) + "{}", "more than 1,048,576 bytes"),
     ],

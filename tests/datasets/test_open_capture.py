@@ -12,6 +12,7 @@ from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_cap
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     FrameRateError,
+    HeldOutError,
     MissingCameraError,
     StartError,
     UnknownLayoutError,
@@ -141,6 +142,24 @@ def test_a_frame_rate_that_no_stream_can_state_is_rejected(
     scenes.write_transforms(folder, document, points)
 
     with pytest.raises(FrameRateError, match=r"from 0\.001 to 1,000,000: correct 'fps'"):
+        open_capture(folder)
+
+
+def test_the_notes_state_the_frame_rate_of_pictures(folders, tmp_path):
+    folder = shutil.copytree(folders["pictures"], tmp_path / "copy")
+    assert open_capture(folder).frames_per_second == 30
+
+    write_capture_notes(folder / NOTES_NAME, CaptureNotes(frames_per_second=23.976))
+    assert open_capture(folder).frames_per_second == 23.976
+
+
+def test_a_single_camera_cannot_be_trained(n3dv_folder, tmp_path):
+    folder = shutil.copytree(n3dv_folder, tmp_path / "copy")
+    for path in sorted(folder.glob("cam*.mp4"))[1:]:
+        path.unlink()
+    np.save(folder / "poses_bounds.npy", np.load(folder / "poses_bounds.npy")[:1])
+
+    with pytest.raises(HeldOutError, match="is the only camera, and training needs at least two"):
         open_capture(folder)
 
 
