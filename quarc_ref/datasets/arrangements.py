@@ -5,11 +5,16 @@ cameras' videos or picture files in every arrangement, and returns the first com
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from quarc_ref.datasets.errors import CountMismatchError, MissingCameraError, MissingFileError
+from quarc_ref.datasets.errors import (
+    CaptureError,
+    CountMismatchError,
+    MissingCameraError,
+    MissingFileError,
+)
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
 from quarc_ref.datasets.video import VideoReader
@@ -94,6 +99,27 @@ ARRANGEMENTS: tuple[tuple[str, FileLister], ...] = (
 )
 
 
+def list_arrangements(folder: Path) -> Iterator[tuple[str, Files]]:
+    """Yield the pattern and the files of every arrangement, in order of preference.
+
+    Inconsistent files, such as a folder `frames` in which pictures are missing, do not matter if
+    another arrangement has everything. They are an error at the end of the iteration.
+
+    Raises:
+        CaptureError: All arrangements were used, and the files of one are inconsistent.
+    """
+    first_error = None
+    for pattern, list_files in ARRANGEMENTS:
+        try:
+            files = list_files(folder)
+        except CaptureError as error:
+            first_error = first_error or error
+        else:
+            yield pattern, files
+    if first_error is not None:
+        raise first_error
+
+
 def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
     """Find the pictures of all cameras of a capture in any known arrangement of files.
 
@@ -107,8 +133,7 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         CaptureError: A file cannot be read, or the files are inconsistent.
     """
     best_match: tuple[str, Files] = ("", {})
-    for pattern, list_files in ARRANGEMENTS:
-        files = list_files(folder)
+    for pattern, files in list_arrangements(folder):
         if all(name in files for name in names):
             return open_pictures([files[name] for name in names])
         if sum(name in files for name in names) > sum(name in best_match[1] for name in names):

@@ -15,7 +15,12 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.arrangements import ARRANGEMENTS, Files, open_pictures
+from quarc_ref.datasets.arrangements import (
+    ARRANGEMENTS,
+    Files,
+    list_arrangements,
+    open_pictures,
+)
 from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, Lens, make_pose
 from quarc_ref.datasets.errors import (
     CountMismatchError,
@@ -63,15 +68,17 @@ def read_n3dv(folder: Path) -> Footage:
 
 def _find_files(folder: Path, camera_count: int) -> Files:
     """Return the videos or pictures of `camera_count` cameras, by camera name."""
-    candidates = [_prefer_camera_prefix(list_files(folder)) for _, list_files in ARRANGEMENTS]
-    candidates = [files for files in candidates if files]
+    candidates = []
+    for _, listed_files in list_arrangements(folder):
+        files = _prefer_camera_prefix(listed_files)
+        if len(files) == camera_count:
+            return files
+        if files:
+            candidates.append(files)
     if not candidates:
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS).replace("NAME", "cam00")
         message = f"{folder} has {POSES_NAME}, but no videos or pictures: looked for {patterns}"
         raise MissingFileError(message)
-    for files in candidates:
-        if len(files) == camera_count:
-            return files
     message = (
         f"{folder / POSES_NAME} has {camera_count} poses, but there are {len(candidates[0])} "
         f"cameras ({', '.join(candidates[0])}): add the missing videos, or remove the extra poses"

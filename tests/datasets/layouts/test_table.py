@@ -138,6 +138,16 @@ def test_a_gap_among_the_pictures_of_a_camera_is_named(built, tmp_path):
         read(folder)
 
 
+@pytest.mark.parametrize("name", ["n3dv", "colmap_videos"])
+def test_a_folder_of_single_frames_beside_complete_videos_does_not_matter(name, built, tmp_path):
+    folder = shutil.copytree(built(name), tmp_path / "copy")
+    for frame in ("0000", "0030", "0100"):
+        (folder / "frames" / frame).mkdir(parents=True)
+        (folder / "frames" / frame / "preview.png").touch()
+
+    assert read(folder).frame_count == read(built(name)).frame_count
+
+
 def test_of_the_panoptic_studio_only_cameras_with_pictures_are_used(built):
     names = [camera.name for camera in read(built("panoptic_videos")).cameras]
 
