@@ -17,7 +17,7 @@ from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
-from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.encoder.settings.presets import PRESETS, change_settings, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.jobs import Job, JobsError, WorkerPool
@@ -195,10 +195,9 @@ def _print_results(studies: Sequence[Study], arguments: argparse.Namespace) -> N
 
 def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
     """Return the settings of the full method, with quantization steps adapted to the capture."""
-    config = choose_preset(arguments.preset)
-    for setting in [*arguments.set, f"seed={arguments.seed}"]:
-        name, _, value = setting.partition("=")
-        config = change_setting(config, name, value)
+    settings = [setting.partition("=")[::2] for setting in arguments.set]
+    changes = [*settings, ("seed", str(arguments.seed))]
+    config = change_settings(choose_preset(arguments.preset), changes)
     return replace(adapt_steps_to_capture(config, capture), steps=StepSettings())
 
 

@@ -21,7 +21,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.settings.presets import PRESETS, change_setting, choose_preset
+from quarc_ref.encoder.settings.presets import PRESETS, change_settings, choose_preset
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.jobs import Job, JobsError, WorkerPool
 from studies import Row, run_missing, write_status
@@ -162,11 +162,8 @@ def _list_tasks(
 
 
 def _make_config(arguments: argparse.Namespace) -> EncoderConfig:
-    config = choose_preset(arguments.preset)
-    for setting in arguments.set:
-        name, _, value = setting.partition("=")
-        config = change_setting(config, name, value)
-    return config
+    changes = [setting.partition("=")[::2] for setting in arguments.set]
+    return change_settings(choose_preset(arguments.preset), changes)
 
 
 def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:

@@ -10,7 +10,7 @@ from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.settings.presets import change_setting, choose_preset, list_settings
+from quarc_ref.encoder.settings.presets import change_settings, choose_preset, list_settings
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
@@ -65,12 +65,9 @@ class Job:
         """Return the settings of the encoder.
 
         Raises:
-            SettingError: The preset or a setting does not exist, or a value is invalid.
+            SettingError: The preset or a setting does not exist, or a value is invalid or unused.
         """
-        config = choose_preset(self.preset)
-        for name, value in self.changes:
-            config = change_setting(config, name, value)
-        return config
+        return change_settings(choose_preset(self.preset), self.changes)
 
 
 def trace_capture_if_missing(name: str, folder: Path) -> Path:

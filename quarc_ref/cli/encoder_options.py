@@ -19,19 +19,19 @@ def make_config(preset: str, settings: list[str], seed: int) -> "EncoderConfig":
     Raises:
         UsageError: The preset or a setting does not exist, or a value is not allowed.
     """
-    from quarc_ref.encoder.settings.presets import SettingError, change_setting, choose_preset
+    from quarc_ref.encoder.settings.presets import SettingError, change_settings, choose_preset
 
+    changes = [("seed", str(seed))]
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals:
+            message = f"--set takes KEY=VALUE, such as motion.lr=5e-4, not {setting!r}"
+            raise UsageError(message)
+        changes.append((key, value))
     try:
-        config = change_setting(choose_preset(preset), "seed", str(seed))
-        for setting in settings:
-            key, equals, value = setting.partition("=")
-            if not equals:
-                message = f"--set takes KEY=VALUE, such as motion.lr=5e-4, not {setting!r}"
-                raise UsageError(message)
-            config = change_setting(config, key, value)
+        return change_settings(choose_preset(preset), changes)
     except SettingError as error:
         raise UsageError(str(error)) from error
-    return config
 
 
 def require_positive(values: dict[str, float | None]) -> None:

@@ -46,13 +46,28 @@ class StepSettings(Validated):
     )
 
 
+# Header fields that the encoder sets, and what determines them.
+FIXED_HEADER_FIELDS = {
+    "level": "the number of Gaussians",
+    "timescale": "the frame rate of the capture",
+    "frame_ticks": "the frame rate of the capture",
+    "seed": "the setting seed",
+    "snapshots": "canonical.snapshot_interval",
+}
+# Header fields that have no effect unless these settings are 0.
+_REPLACED_HEADER_FIELDS = {
+    "position_step": ("position_pixels",),
+    "translation_step": ("translation_change", "translation_error"),
+}
+
+
 @dataclass(frozen=True, slots=True)
 class EncoderConfig(Validated):
     """All settings of an encode.
 
     Attributes:
-        stream: Header fields. The encoder overwrites the clock, the conformance level, the seed and
-            `snapshots`.
+        stream: Header fields. The encoder replaces those in `FIXED_HEADER_FIELDS`, and steps that
+            `steps` sets.
         steps: Quantization steps relative to the capture's resolution.
         canonical: Settings of canonical frames.
         motion: Settings of stage 1 (motion) of frames between keyframes.
@@ -85,6 +100,14 @@ class EncoderConfig(Validated):
         "Seed of all random numbers, which determine the sampled anchors, the order of views, the "
         "noise and the positions of new Gaussians.",
     )
+
+
+def find_replacement(config: EncoderConfig, header_field: str) -> str | None:
+    """Return the setting that replaces a field of `config.stream`; None if the field is used."""
+    for name in _REPLACED_HEADER_FIELDS.get(header_field, ()):
+        if getattr(config.steps, name):
+            return f"steps.{name}"
+    return None
 
 
 def limit_gaussians(config: EncoderConfig, view_count: int) -> EncoderConfig:

@@ -8,12 +8,17 @@ steps of the QuARC-GS paper; all these steps except the position step are 0.01.
 
 import difflib
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import fields, is_dataclass, replace
 from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
+from quarc_ref.encoder.settings.config import (
+    FIXED_HEADER_FIELDS,
+    EncoderConfig,
+    StepSettings,
+    find_replacement,
+)
 from quarc_ref.encoder.settings.frames import BirthSettings, MotionSettings
 from quarc_ref.encoder.settings.ranges import describe_values
 from quarc_ref.encoder.settings.renamed import RENAMED
@@ -141,10 +146,14 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
         text: New value as text; the items of a tuple are separated by commas.
 
     Raises:
-        SettingError: The setting does not exist, or the value is invalid.
+        SettingError: The setting does not exist, the value is invalid, or the encoder sets it.
     """
     if path in RENAMED:
         message = f"setting {path!r} is now {RENAMED[path]!r}"
+        raise SettingError(message)
+    header_field = path.removeprefix("stream.")
+    if path.startswith("stream.") and header_field in FIXED_HEADER_FIELDS:
+        message = f"{path} cannot be set: {FIXED_HEADER_FIELDS[header_field]} determines it"
         raise SettingError(message)
     names = dict(list_settings(config))
     if path not in names:
@@ -157,6 +166,29 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
         raise SettingError(message)
     new_config: EncoderConfig = _replace_setting(config, path.split("."), path, text)
     return new_config
+
+
+def change_settings(config: EncoderConfig, changes: Iterable[tuple[str, str]]) -> EncoderConfig:
+    """Return a copy of the settings with several of them changed, each of which has an effect.
+
+    Args:
+        config: All settings.
+        changes: Name and new value of each setting, as for `change_setting`.
+
+    Raises:
+        SettingError: A setting does not exist, its value is invalid, or it would have no effect,
+            because another setting determines the value.
+    """
+    paths = []
+    for path, text in changes:
+        config = change_setting(config, path, text)
+        paths.append(path)
+    for path in paths:
+        replacement = find_replacement(config, path.removeprefix("stream."))
+        if path.startswith("stream.") and replacement:
+            message = f"{path} has no effect, because {replacement} is not 0: set {replacement}"
+            raise SettingError(message)
+    return config
 
 
 def list_settings(config: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:  # noqa: ANN401

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from functools import reduce
 from typing import Any, get_type_hints
 
-from quarc_ref.encoder.settings.config import EncoderConfig
+from quarc_ref.encoder.settings.config import FIXED_HEADER_FIELDS, EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.settings.ranges import describe_values
 from quarc_ref.format.described import describe_field
@@ -29,9 +29,11 @@ class DescribedSetting:
 
 
 def describe_settings(config: EncoderConfig) -> Iterator[DescribedSetting]:
-    """Yield a description of every setting, in the order of the fields."""
+    """Yield a description of every setting that can be changed, in the order of the fields."""
     for path, value in list_settings(config):
         *groups, name = path.split(".")
+        if groups == ["stream"] and name in FIXED_HEADER_FIELDS:
+            continue
         settings_type = type(reduce(getattr, groups, config))
         values = describe_values(get_type_hints(settings_type, include_extras=True)[name])
         descriptions = {field.name: describe_field(field) for field in fields(settings_type)}

@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 
@@ -10,6 +10,7 @@ from quarc_ref.encoder.settings.presets import (
     PRESETS,
     SettingError,
     change_setting,
+    change_settings,
     choose_preset,
     list_settings,
 )
@@ -99,11 +100,25 @@ def test_changing_a_setting_leaves_all_others():
         ("stream.level_count", "9", "level_count"),
         ("canonical.max_gaussians", "1048577", "an integer from 1 to 1048576"),
         ("births.max_births", "65537", "an integer from 0 to 65536"),
+        ("stream.seed", "7", "stream.seed cannot be set: the setting seed determines it"),
+        ("stream.timescale", "25", "the frame rate of the capture determines it"),
+        ("stream.snapshots", "true", "canonical.snapshot_interval determines it"),
     ],
 )
 def test_an_unknown_setting_is_rejected(path, text, message):
     with pytest.raises(SettingError, match=message):
         change_setting(choose_preset("main"), path, text)
+
+
+@pytest.mark.parametrize("name", ["position_step", "translation_step"])
+def test_a_step_that_another_setting_replaces_is_rejected(name):
+    main, change = choose_preset("main"), (f"stream.{name}", "64")
+    no_steps = [(f"steps.{step}", "0") for step in asdict(main.steps)]
+
+    with pytest.raises(SettingError, match=rf"stream\.{name} has no effect, because steps\."):
+        change_settings(main, [change])
+    assert getattr(change_settings(main, [change, *no_steps]).stream, name) == 64
+    assert getattr(change_settings(choose_preset("demo"), [change]).stream, name) == 64
 
 
 @pytest.mark.parametrize(
