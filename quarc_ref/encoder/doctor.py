@@ -110,7 +110,7 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
     recordings = read_recordings(capture, lambda *done: progress.advance("frames", *done))
     return [
         *find_unreadable(names, recordings),
-        *find_motion_faults(capture.cameras, recordings),
+        *find_motion_faults(capture.cameras, recordings, capture.notes.offsets),
         *find_wrong_poses(capture),
     ]
 

@@ -77,3 +77,10 @@ def test_masks_have_their_own_findings(capture, tmp_path):
         scenes.write_picture(folder / "masks" / f"{name}.png", mask)
         json_output = read_json(run("doctor", folder, "--quick", "--json").stdout)
         assert [finding["kind"] for finding in json_output["findings"]] == [kind]
+
+
+def test_a_missing_device_is_a_usage_error_before_any_check(capture):
+    result = run("doctor", capture, "--device", "cuda")
+
+    assert result.exit_code == 2
+    assert "torch finds no CUDA device" in result.stderr

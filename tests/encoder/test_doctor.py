@@ -99,8 +99,15 @@ def test_a_quick_check_reads_only_the_first_frame(folder):
 def test_the_reported_offset_repairs_the_capture(folder):
     delay_video(folder)
     (finding,) = (finding for finding in find_faults(folder) if finding.kind == "out-of-sync")
-    offsets = finding.message.split("write ")[1].split(" to ")[0]
+    assert f'change its offset to -3 ("offsets": {{"{CAMERA}": -3}})' in finding.message
 
-    assert offsets == f'{{"offsets": {{"{CAMERA}": -3}}}}'
-    (folder / "quarc-capture.json").write_text(offsets)
+    (folder / "quarc-capture.json").write_text(f'{{"offsets": {{"{CAMERA}": -3}}}}')
     assert [finding.kind for finding in find_faults(folder)] == ["uneven-lengths"]
+
+
+def test_the_reported_offset_includes_that_of_the_capture(folder):
+    (folder / "quarc-capture.json").write_text(f'{{"offsets": {{"{CAMERA}": 4}}}}')
+    (finding,) = (finding for finding in find_faults(folder) if finding.kind == "out-of-sync")
+
+    assert "4 frames late: in" in finding.message or "4 frames early: in" in finding.message
+    assert "change its offset to 0 " in finding.message

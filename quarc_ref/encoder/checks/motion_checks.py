@@ -7,7 +7,7 @@ over time is correlated between the cameras at every time shift (after Ben-Artzi
 "Camera Calibration from Dynamic Silhouettes Using Motion Barcodes", 2016).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
 
 import numpy as np
@@ -38,13 +38,17 @@ Changes = NDArray[np.float32]
 
 
 def find_motion_faults(
-    cameras: Sequence[Camera], recordings: Sequence[Recording]
+    cameras: Sequence[Camera],
+    recordings: Sequence[Recording],
+    offsets: Mapping[str, float] | None = None,
 ) -> Iterator[Finding]:
     """Yield findings about cameras whose motion differs from that of other cameras.
 
     Args:
         cameras: Cameras, at least two.
         recordings: Recording of each camera.
+        offsets: Time offsets by camera name that the recordings have already been corrected by,
+            in frames, as in `CaptureNotes`.
     """
     names = [camera.name for camera in cameras]
     changes = [recording.changes for recording in recordings]
@@ -61,6 +65,7 @@ def find_motion_faults(
             [cameras[i] for i in moving_cameras],
             [changes[i] for i in moving_cameras],
             [recordings[i].block_size for i in moving_cameras],
+            offsets or {},
         )
 
 
@@ -114,15 +119,19 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
 
 
 def _find_shifts(
-    cameras: Sequence[Camera], changes: Sequence[Changes], block_sizes: Sequence[int]
+    cameras: Sequence[Camera],
+    changes: Sequence[Changes],
+    block_sizes: Sequence[int],
+    offsets: Mapping[str, float],
 ) -> Iterator[Finding]:
     for camera, shift in zip(cameras, measure_shifts(cameras, changes, block_sizes), strict=True):
         if shift:
             direction = "late" if shift > 0 else "early"
+            offset = offsets.get(camera.name, 0) + shift
             message = (
-                f"the motion in {camera.name} is {abs(shift)} frames {direction}: write "
-                f'{{"offsets": {{"{camera.name}": {shift}}}}} to {NOTES_NAME} in the capture, '
-                "or trim the video"
+                f"the motion in {camera.name} is {abs(shift)} frames {direction}: in {NOTES_NAME} "
+                f'in the capture, change its offset to {offset:g} ("offsets": {{"{camera.name}": '
+                f"{offset:g}}}), or trim the video"
             )
             yield Finding("out-of-sync", message, (camera.name,))
 
