@@ -120,8 +120,20 @@ def _choose_new_path(target: Path, *, live: bool) -> Path:
 
 
 def _choose_resumed_path(target: Path, *, live: bool) -> Path:
+    """Return the file in which an interrupted encode, with or without `--live`, left its frames.
+
+    Raises:
+        UsageError: `live` is set, but the interrupted encode was not live.
+    """
     part_path = _get_part_path(target)
-    is_target_resumed = live or (_is_nonempty(target) and not _has_partial_encode(part_path))
+    has_part = _has_partial_encode(part_path)
+    if live and has_part:
+        message = (
+            f"{part_path} is from an interrupted encode without --live: use --resume without "
+            "--live to continue the encode"
+        )
+        raise UsageError(message)
+    is_target_resumed = live or (_has_partial_encode(target) and not has_part)
     return target if is_target_resumed else part_path
 
 

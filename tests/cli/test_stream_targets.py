@@ -3,6 +3,7 @@ import stat
 
 import pytest
 
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.stream_targets import open_segments_folder, open_stream_file
 from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names
@@ -40,6 +41,39 @@ def test_an_interrupted_stream_stays_and_is_not_synced(tmp_path, monkeypatch):
         interrupt_writing()
 
     assert (tmp_path / "a.quarc.part").read_bytes() == b"half"
+
+
+@pytest.mark.parametrize(
+    ("existing_name", "resumed_name"),
+    [
+        ("a.quarc.training", "a.quarc"),  # a live encode, interrupted in frame 0
+        ("a.quarc", "a.quarc"),
+        ("a.quarc.part", "a.quarc.part"),
+        ("a.quarc.part.training", "a.quarc.part"),
+        ("other", "a.quarc.part"),
+    ],
+)
+def test_the_file_of_an_interrupted_encode_is_resumed(existing_name, resumed_name, tmp_path):
+    (tmp_path / existing_name).write_bytes(b"begun")
+
+    target = tmp_path / "a.quarc"
+    with open_stream_file(target, force=False, live=False, resume=True) as (path, file):
+        file.write(b"continued")
+
+    assert path.name == resumed_name
+
+
+@pytest.mark.parametrize("name", ["a.quarc.part", "a.quarc.part.training"])
+def test_an_encode_that_was_not_live_is_not_resumed_live(name, tmp_path):
+    (tmp_path / name).write_bytes(b"begun")
+
+    with (
+        pytest.raises(UsageError, match="without --live to continue"),
+        open_stream_file(tmp_path / "a.quarc", force=False, live=True, resume=True),
+    ):
+        pytest.fail("the target was opened")
+
+    assert list_names(tmp_path) == [name]
 
 
 @pytest.mark.parametrize("options", [{"live": True}, {"live": False}])
