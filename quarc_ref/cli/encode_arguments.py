@@ -154,7 +154,10 @@ Workers = Annotated[
 RayAddress = Annotated[
     str | None,
     typer.Option(
-        "--ray", metavar="ADDRESS", help="Encode segments on a Ray cluster: host:port, or auto."
+        "--ray",
+        metavar="ADDRESS",
+        help="Encode segments on a Ray cluster: host:port, or auto. With --device cuda, each "
+        "segment reserves a GPU; otherwise, none does.",
     ),
 ]
 NoChecks = Annotated[

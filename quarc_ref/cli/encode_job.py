@@ -36,6 +36,7 @@ class EncodeJob:
         findings: Prints and collects findings about the capture.
         should_check: Whether to check the capture before encoding.
         monitor: Receives every training step and every frame.
+        is_remote: Whether other machines encode, whose devices may differ from those of this one.
     """
 
     folder: Path
@@ -47,6 +48,7 @@ class EncodeJob:
     findings: FindingCollector
     should_check: bool
     monitor: "Monitor"
+    is_remote: bool = False
 
     def open(self) -> "tuple[Capture, EncodeOptions]":
         """Open the capture, and return it with the options of the encode.
@@ -58,7 +60,8 @@ class EncodeJob:
         from quarc_ref.datasets.errors import TooFewFramesError
         from quarc_ref.encoder import EncodeOptions
 
-        require_device(self.device)
+        if not self.is_remote:
+            require_device(self.device)
         capture = open_requested_capture(self.folder, self.capture_options)
         try:
             capture.require_frames(self.frame_count)
@@ -149,6 +152,13 @@ def encode_to_joined_file(
         segments.encode_segments(segment_list, pool, job.progress, job.findings.add)
         with open_output_file(target, force=write_mode.force, durable=True) as sink:
             segments.join_segments(segment_list, sink)
+
+
+def is_remote_cluster(ray_address: str | None) -> bool:
+    """Return whether a Ray address, or None, is that of a cluster with other machines."""
+    from quarc_ref.jobs.job import LOCAL_CLUSTER
+
+    return ray_address not in (None, LOCAL_CLUSTER)
 
 
 def choose_pool(

@@ -10,6 +10,8 @@ from typing import Any, Generic, TypeVar
 Argument = TypeVar("Argument")
 Result = TypeVar("Result")
 
+LOCAL_CLUSTER = "local"  # address of a temporary Ray cluster on this machine
+
 
 @dataclass(frozen=True, slots=True)
 class Job(Generic[Argument]):

@@ -4,9 +4,7 @@ import logging
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from quarc_ref.jobs.job import Outcome, WorkerPool, run_call
-
-_LOCAL_ADDRESS = "local"
+from quarc_ref.jobs.job import LOCAL_CLUSTER, Outcome, WorkerPool, run_call
 
 
 def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
@@ -27,7 +25,7 @@ def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, 
         "include_dashboard": False,
     }
     logging_options: dict[str, Any] = {"log_to_driver": False, "logging_level": logging.WARNING}
-    ray.init(pool.ray, **logging_options, **(local_options if pool.ray == _LOCAL_ADDRESS else {}))
+    ray.init(pool.ray, **logging_options, **(local_options if pool.ray == LOCAL_CLUSTER else {}))
     try:
         task = ray.remote(num_cpus=pool.threads, num_gpus=pool.gpus)(run_call)
         indices_by_task = {

@@ -133,6 +133,7 @@ def test_a_folder_with_other_files_is_not_touched(capture, tmp_path):
         (["--workers", 2], "quarc-ref: --workers needs --segments\n"),
         (["--ray", "auto"], "quarc-ref: --ray needs --segments\n"),
         (["--segments", 2, "--workers", 0], "--workers"),
+        (["--segments", 2, "--ray", "auto", "--workers", 2], "--ray auto cannot be combined"),
     ],
 )
 def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(

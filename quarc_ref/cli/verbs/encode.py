@@ -38,6 +38,7 @@ from quarc_ref.cli.encode_job import (
     encode_to_file,
     encode_to_joined_file,
     encode_to_pipe,
+    is_remote_cluster,
 )
 from quarc_ref.cli.encode_monitors import LogOptions, open_monitors
 from quarc_ref.cli.encoder_options import format_settings, make_config, require_positive
@@ -105,6 +106,9 @@ def encode(
         else:
             logs_given = {"--log-json": bool(log_json), "--tensorboard": bool(tensorboard)}
             reject_conflicts("--segments", {"--live": live, **logs_given})
+        is_remote = is_remote_cluster(ray)
+        if is_remote:  # the cluster decides how many segments are encoded at the same time
+            reject_conflicts(f"--ray {ray}", {"--workers": workers is not None})
         if log_json is not None:
             reject_stream_path(log_json, output)
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
@@ -124,8 +128,9 @@ def encode(
             options = CaptureOptions(downscale, tuple(held_out or ()), start=start)
             should_check = not no_checks
             job = EncodeJob(
-                capture, options, config, frames, device, progress, findings, should_check, monitor
-            )
+                capture, options, config, frames, device, progress, findings, should_check, monitor,
+                is_remote,
+            )  # fmt: skip
             write_mode = WriteMode(force, live, resume)
             if segments is not None:
                 pool = choose_pool(segments, workers, ray, device)
