@@ -3,6 +3,7 @@
 import io
 from collections.abc import Iterable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -67,6 +68,7 @@ def make_updates(
     return Updates(indices, is_deleted, residuals)
 
 
+@cache
 def make_stream(
     header: StreamHeader | None = None,
     gaussian_count: int = 40,
@@ -74,8 +76,11 @@ def make_stream(
     canonical_every: int = 1 << 32,
     births: int = 3,
     snapshot_every: int = 1 << 32,
-) -> tuple[bytes, list[State]]:
-    """A stream with motion, births, deaths and the features of its header, and its states."""
+) -> tuple[bytes, tuple[State, ...]]:
+    """A stream with motion, births, deaths and the features of its header, and its states.
+
+    Many modules need the same few streams, so these are made once.
+    """
     header = header or StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4)
     sink = io.BytesIO()
     with use_engine(REFERENCE):  # any engine is compared with the reference
@@ -93,7 +98,7 @@ def make_stream(
             commit = loop.commit_as_snapshot
         states.append(commit(moved, frame_births))
     loop.finish()
-    return sink.getvalue(), states
+    return sink.getvalue(), tuple(states)
 
 
 def rebuild_stream(chunks: Iterable[tuple[bytes, bytes]]) -> bytes:
