@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import (
     Pose,
@@ -22,14 +23,14 @@ _SPIRAL_EXTENT_FACTOR = 0.5  # relative to the largest distance of a camera from
 
 
 def plan_orbit(
-    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, pose_count: int
+    cameras: Sequence[Camera], first_camera: Camera, header: StreamHeader, pose_count: int
 ) -> list[Pose]:
     """Plan a circle at constant height around the point that the cameras look at.
 
     Args:
         cameras: Cameras of the stream.
         first_camera: Camera at which the circle starts.
-        up_axis: Up axis from the stream's header.
+        header: Header of the stream, which defines the up axis and the handedness.
         pose_count: Number of poses, evenly spaced on the closed circle.
 
     Raises:
@@ -37,14 +38,14 @@ def plan_orbit(
             below the center.
     """
     up, center, first_pose = (
-        find_up(cameras, up_axis),
+        find_up(cameras, header.up_axis),
         find_center(cameras),
         get_camera_pose(first_camera),
     )
     offset = first_pose.eye - center
     vertical_offset = (offset @ up) * up
     horizontal_offset = offset - vertical_offset
-    tangent = np.cross(up, horizontal_offset)
+    tangent = np.cross(up, horizontal_offset) * (1 if header.right_handed else -1)
     return [
         look_at(
             center
@@ -54,29 +55,30 @@ def plan_orbit(
             center,
             up,
             first_pose.view_angle,
+            right_handed=header.right_handed,
         )
         for angle in (2 * math.pi * index / pose_count for index in range(pose_count))
     ]
 
 
 def plan_spiral(
-    cameras: Sequence[Camera], first_camera: Camera, up_axis: int, pose_count: int
+    cameras: Sequence[Camera], first_camera: Camera, header: StreamHeader, pose_count: int
 ) -> list[Pose]:
     """Plan a spiral in front of a forward-facing scene; all poses look at the scene's center.
 
     Args:
         cameras: Cameras of the stream.
         first_camera: Camera whose field of view is used.
-        up_axis: Up axis from the stream's header.
+        header: Header of the stream, which defines the up axis and the handedness.
         pose_count: Number of poses.
 
     Raises:
         PathError: The up direction is unknown.
     """
-    up, center = find_up(cameras, up_axis), find_center(cameras)
+    up, center = find_up(cameras, header.up_axis), find_center(cameras)
     eyes = np.array([get_camera_pose(camera).eye for camera in cameras])
     mean_eye = eyes.mean(axis=0)
-    axes = look_at(mean_eye, center, up, 1.0).axes
+    axes = look_at(mean_eye, center, up, 1.0, right_handed=header.right_handed).axes
     extent = _SPIRAL_EXTENT_FACTOR * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
     poses = []
     for index in range(pose_count):
@@ -88,13 +90,14 @@ def plan_spiral(
                 center,
                 up,
                 get_camera_pose(first_camera).view_angle,
+                right_handed=header.right_handed,
             )
         )
     return poses
 
 
 def plan_tour(
-    cameras: Sequence[Camera], first_camera: Camera, _up_axis: int, pose_count: int
+    cameras: Sequence[Camera], first_camera: Camera, _header: StreamHeader, pose_count: int
 ) -> list[Pose]:
     """Plan a smooth path through all cameras, from each camera to the nearest remaining one.
 
@@ -102,6 +105,9 @@ def plan_tour(
         cameras: Cameras of the stream.
         first_camera: Camera at which the path starts.
         pose_count: Number of poses, including the pose of the last camera.
+
+    Raises:
+        PathError: The rotation of a camera is a singular matrix.
     """
     remaining_poses = [
         get_camera_pose(camera) for camera in cameras if camera.name != first_camera.name
@@ -119,7 +125,7 @@ def plan_tour(
     return interpolate_poses(times, tour_poses, np.linspace(0, times[-1], pose_count))
 
 
-PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, int, int], list[Pose]]] = {
+PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, StreamHeader, int], list[Pose]]] = {
     "orbit": plan_orbit,
     "spiral": plan_spiral,
     "interpolate": plan_tour,

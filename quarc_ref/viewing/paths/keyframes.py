@@ -17,6 +17,7 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import PathError, Pose, Vector, find_up, get_camera_pose, look_at
 
@@ -57,7 +58,11 @@ class Keyframes:
         return math.floor(picture_count + 1e-6)
 
     def interpolate(self, frames_per_second: float) -> list[Pose]:
-        """Return the interpolated pose of each picture."""
+        """Return the interpolated pose of each picture.
+
+        Raises:
+            PathError: The path has too many pictures, or the rotation of a camera is singular.
+        """
         picture_count = self.count_pictures(frames_per_second)
         times = np.minimum(np.arange(picture_count) / frames_per_second, self.times[-1])
         return interpolate_poses(self.times, self.poses, times)
@@ -90,7 +95,7 @@ class Keyframes:
 
 
 def read_keyframes(
-    path: Path, cameras: Sequence[Camera], reference_camera: Camera, up_axis: int
+    path: Path, cameras: Sequence[Camera], reference_camera: Camera, header: StreamHeader
 ) -> Keyframes:
     """Read a camera path from a file.
 
@@ -98,21 +103,21 @@ def read_keyframes(
         path: Path of the file.
         cameras: Cameras of the stream; keyframes may refer to them by name.
         reference_camera: Camera whose field of view is the default for keyframes.
-        up_axis: Up axis from the stream's header.
+        header: Header of the stream, which defines the up axis and the handedness.
 
     Raises:
         PathError: The file is malformed, or a pose is invalid; the message names the keyframe.
         OSError: The file cannot be read.
     """
     try:
-        return parse_keyframes(path.read_bytes(), cameras, reference_camera, up_axis)
+        return parse_keyframes(path.read_bytes(), cameras, reference_camera, header)
     except PathError as error:
         message = f"{path}: {error}"
         raise PathError(message) from error
 
 
 def parse_keyframes(
-    data: bytes, cameras: Sequence[Camera], reference_camera: Camera, up_axis: int
+    data: bytes, cameras: Sequence[Camera], reference_camera: Camera, header: StreamHeader
 ) -> Keyframes:
     """Parse the bytes of a camera path; see `read_keyframes`."""
     entries = _parse_entries(data)
@@ -123,7 +128,7 @@ def parse_keyframes(
         try:
             times.append(_read_time(entry, times))
             frames.append(_read_frame(entry, frames))
-            poses.append(_read_pose(entry, cameras, reference_camera, up_axis))
+            poses.append(_read_pose(entry, cameras, reference_camera, header))
         except PathError as error:
             message = f"keyframe {number}: {error}"
             raise PathError(message) from error
@@ -178,7 +183,10 @@ def _read_frame(entry: Mapping[str, Any], earlier_frames: Sequence[int | None]) 
 
 
 def _read_pose(
-    entry: Mapping[str, Any], cameras: Sequence[Camera], reference_camera: Camera, up_axis: int
+    entry: Mapping[str, Any],
+    cameras: Sequence[Camera],
+    reference_camera: Camera,
+    header: StreamHeader,
 ) -> Pose:
     camera_by_name = {camera.name: camera for camera in cameras}
     if "camera" in entry:
@@ -193,9 +201,10 @@ def _read_pose(
             raise PathError(message)
         pose = get_camera_pose(camera_by_name[name])
         return Pose(pose.eye, pose.axes, _read_field_of_view(entry, pose.view_angle))
-    up = _read_vector(entry, "up") if "up" in entry else find_up(cameras, up_axis)
+    up = _read_vector(entry, "up") if "up" in entry else find_up(cameras, header.up_axis)
     view_angle = _read_field_of_view(entry, get_camera_pose(reference_camera).view_angle)
-    return look_at(_read_vector(entry, "position"), _read_vector(entry, "target"), up, view_angle)
+    eye, target = (_read_vector(entry, key) for key in ("position", "target"))
+    return look_at(eye, target, up, view_angle, right_handed=header.right_handed)
 
 
 def _read_field_of_view(entry: Mapping[str, Any], default: float) -> float:

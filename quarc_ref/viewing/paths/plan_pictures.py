@@ -39,7 +39,7 @@ def plan_pictures(
     if path_name in PATH_PLANNERS:
         pose_count = picture_count or frame_count
         poses = PATH_PLANNERS[path_name](
-            outline.cameras, reference_camera, outline.header.up_axis, pose_count
+            outline.cameras, reference_camera, outline.header, pose_count
         )
         frames = [first_frame + index * frame_count // pose_count for index in range(pose_count)]
     else:
@@ -50,7 +50,7 @@ def plan_pictures(
             )
             raise PathError(message)
         keyframes = read_keyframes(
-            Path(path_name), outline.cameras, reference_camera, outline.header.up_axis
+            Path(path_name), outline.cameras, reference_camera, outline.header
         )
         frames_per_second = outline.header.frames_per_second
         poses, frames = (

@@ -40,7 +40,8 @@ class Pose:
 
     Attributes:
         eye: `[3]` position, world units.
-        axes: `[3, 3]` rotation from world to camera; its rows point right, down and forward.
+        axes: `[3, 3]` matrix from world to camera; its rows point right, down and forward. It is
+            a rotation, combined with a reflection in a left-handed world.
         view_angle: Vertical field of view, radians.
     """
 
@@ -68,15 +69,26 @@ def get_camera_pose(camera: Camera) -> Pose:
     return Pose(eye, axes, 2 * math.atan(camera.height / 2 / camera.fy))
 
 
-def look_at(eye: Vector, target: Vector, up: Vector, view_angle: float) -> Pose:
+def look_at(
+    eye: Vector, target: Vector, up: Vector, view_angle: float, *, right_handed: bool = True
+) -> Pose:
     """Return the pose of a camera at `eye` that looks at `target` without roll.
+
+    Args:
+        eye: `[3]` position.
+        target: `[3]` point to look at.
+        up: `[3]` up direction of the scene.
+        view_angle: Vertical field of view, radians.
+        right_handed: Whether the world is right-handed. In a left-handed world, a cross product
+            points to the opposite side, so the axes contain a reflection (SPEC 5.6).
 
     Raises:
         PathError: The two positions are equal, or the camera would look straight up or down.
     """
     forward = _normalize(target - eye, "the position and the target of a camera are the same point")
     right = _normalize(np.cross(forward, up), "a camera looks straight up or down")
-    return Pose(eye, np.stack([right, np.cross(forward, right), forward]), view_angle)
+    down = np.cross(forward, right)
+    return Pose(eye, np.stack([right if right_handed else -right, down, forward]), view_angle)
 
 
 def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:

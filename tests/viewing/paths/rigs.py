@@ -1,6 +1,7 @@
 """A ring of cameras that look at the center of the ring."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,6 +22,18 @@ def make_ring(center, count=8, radius=4.0):
         camera = pose.as_camera(reference_camera)
         cameras.append(Camera(f"cam{index}", *(getattr(camera, name) for name in _OTHER_FIELDS)))
     return cameras
+
+
+def mirror_cameras(cameras):
+    """Return cameras that see a mirrored, left-handed world, and the mirror matrix `[3, 3]`."""
+    mirror = np.diag([-1.0, 1.0, 1.0])
+    mirrored_cameras = [
+        replace(
+            camera, rotation=tuple((np.reshape(camera.rotation, (3, 3)) @ mirror).ravel().tolist())
+        )
+        for camera in cameras
+    ]
+    return mirrored_cameras, mirror
 
 
 _OTHER_FIELDS = [name for name in Camera.__dataclass_fields__ if name != "name"]

@@ -4,10 +4,11 @@ import math
 import numpy as np
 import pytest
 
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.keyframes import parse_keyframes, read_keyframes
 from quarc_ref.viewing.paths.pose import PathError, get_camera_pose
 from tests.cli.schemas import validate
-from tests.viewing.paths.rigs import make_ring
+from tests.viewing.paths.rigs import make_ring, mirror_cameras
 
 _RING = make_ring(np.zeros(3))
 _SCHEMA = "quarc-ref/camera-path/1"
@@ -15,7 +16,7 @@ _SCHEMA = "quarc-ref/camera-path/1"
 
 def _parse(*keyframes, **extra_keys):
     document = {"schema": _SCHEMA, "keyframes": list(keyframes), **extra_keys}
-    return parse_keyframes(json.dumps(document).encode(), _RING, _RING[0], 0)
+    return parse_keyframes(json.dumps(document).encode(), _RING, _RING[0], StreamHeader())
 
 
 def test_keyframes_are_cameras_of_the_stream_or_poses():
@@ -44,6 +45,21 @@ def test_there_is_a_picture_for_every_moment_and_one_at_the_end():
     poses = keyframe_path.interpolate(30)
     assert poses[0].eye == pytest.approx(keyframe_path.poses[0].eye)
     assert poses[-1].eye == pytest.approx(keyframe_path.poses[-1].eye)
+
+
+def test_keyframes_of_a_left_handed_stream_contain_its_reflection():
+    cameras, _ = mirror_cameras(_RING)
+    keyframes = [
+        {"time": 0, "camera": "cam3"},
+        {"time": 1, "position": [0, -2, 1], "target": [0, 0, 1]},
+    ]
+    document = json.dumps({"schema": _SCHEMA, "keyframes": keyframes}).encode()
+    header = StreamHeader(right_handed=False)
+    poses = parse_keyframes(document, cameras, cameras[0], header).interpolate(4)
+
+    assert poses[0].axes == pytest.approx(get_camera_pose(cameras[3]).axes, abs=1e-6)
+    assert poses[-1].axes == pytest.approx(np.array([[-1, 0, 0], [0, 0, -1], [0, 1, 0]]), abs=1e-12)
+    assert [np.linalg.det(pose.axes) for pose in poses] == pytest.approx([-1] * 5)
 
 
 def test_the_stream_plays_on_and_holds_its_last_frame():
@@ -97,7 +113,7 @@ def test_other_files_are_rejected_by_name(tmp_path):
     for data, message in ((b"{", "not JSON"), (b"[]", "schema"), (b'{"schema": "x/1"}', "schema")):
         path.write_bytes(data)
         with pytest.raises(PathError, match=rf"a\.json: .*{message}"):
-            read_keyframes(path, _RING, _RING[0], 0)
+            read_keyframes(path, _RING, _RING[0], StreamHeader())
     with pytest.raises(PathError, match="only the keys"):
         _parse({"time": 0, "camera": "cam0"}, more=1)
 

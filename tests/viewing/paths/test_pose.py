@@ -1,12 +1,14 @@
 import numpy as np
 import pytest
 
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.automatic import plan_orbit, plan_spiral, plan_tour
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import PathError, find_center, find_up, get_camera_pose, look_at
-from tests.viewing.paths.rigs import make_ring
+from tests.viewing.paths.rigs import make_ring, mirror_cameras
 
 _UP = np.array([0.0, 0.0, 1.0])
+_HEADER = StreamHeader()
 _CENTER = np.array([1.0, 2.0, 0.5])
 
 
@@ -37,7 +39,7 @@ def test_a_single_camera_looks_at_a_point_in_front_of_it():
 
 def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
     ring = make_ring(_CENTER)
-    poses = plan_orbit(ring, ring[2], 0, 8)
+    poses = plan_orbit(ring, ring[2], _HEADER, 8)
     offsets = np.array([pose.eye for pose in poses]) - _CENTER
 
     assert poses[0].eye == pytest.approx(get_camera_pose(ring[2]).eye)
@@ -54,7 +56,7 @@ def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
 def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
     cameras = make_ring(_CENTER)[:4]
     eyes = np.array([get_camera_pose(camera).eye for camera in cameras])
-    for pose in plan_spiral(cameras, cameras[0], 0, 12):
+    for pose in plan_spiral(cameras, cameras[0], _HEADER, 12):
         direction = _CENTER - pose.eye
         assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2], abs=1e-6)
         assert np.linalg.norm(pose.eye - eyes.mean(axis=0)) < np.ptp(eyes, axis=0).max()
@@ -62,14 +64,35 @@ def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
 
 def test_a_tour_starts_at_its_camera_and_passes_all_others():
     ring = make_ring(_CENTER)
-    poses = plan_tour(ring, ring[3], 0, 600)
+    poses = plan_tour(ring, ring[3], _HEADER, 600)
     positions = np.array([pose.eye for pose in poses])
 
     assert positions[0] == pytest.approx(get_camera_pose(ring[3]).eye)
     for camera in ring:
         distances = np.linalg.norm(positions - get_camera_pose(camera).eye, axis=1)
         assert distances.min() < 0.02
-    assert len(plan_tour(ring[:1], ring[0], 0, 5)) == 5
+    assert len(plan_tour(ring[:1], ring[0], _HEADER, 5)) == 5
+
+
+@pytest.mark.parametrize("plan", [plan_orbit, plan_spiral, plan_tour])
+def test_a_left_handed_stream_has_the_mirrored_path(plan):
+    ring = make_ring(_CENTER)[:5]
+    mirrored_ring, mirror = mirror_cameras(ring)
+    poses = plan(ring, ring[1], _HEADER, 9)
+    mirrored_poses = plan(mirrored_ring, mirrored_ring[1], StreamHeader(right_handed=False), 9)
+
+    for pose, mirrored_pose in zip(poses, mirrored_poses, strict=True):
+        assert mirrored_pose.eye == pytest.approx(mirror @ pose.eye)
+        assert mirrored_pose.axes == pytest.approx(pose.axes @ mirror, abs=1e-6)
+        assert mirrored_pose.view_angle == pytest.approx(pose.view_angle)
+
+
+def test_a_singular_rotation_cannot_be_interpolated():
+    poses = [get_camera_pose(camera) for camera in make_ring(_CENTER)[:2]]
+    poses[1].axes[:] = 0
+    times = np.array([0.0, 1.0])
+    with pytest.raises(PathError, match="singular"):
+        interpolate_poses(times, poses, times)
 
 
 def test_interpolation_passes_through_its_poses():
