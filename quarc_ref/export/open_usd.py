@@ -95,11 +95,13 @@ class SequenceExporter:
         prim = UsdGeom.Camera.Define(self._stage, f"/scene/camera_{number:02}")
         prim.GetPrim().SetDisplayName(camera.name)
         prim.CreateHorizontalApertureAttr(_APERTURE)
-        prim.CreateVerticalApertureAttr(_APERTURE * camera.height / camera.width)
-        prim.CreateFocalLengthAttr(_APERTURE * camera.fx / camera.width)
-        units_per_pixel = _APERTURE / camera.width
-        prim.CreateHorizontalApertureOffsetAttr((camera.width / 2 - camera.cx) * units_per_pixel)
-        prim.CreateVerticalApertureOffsetAttr((camera.cy - camera.height / 2) * units_per_pixel)
+        pixel_width = _APERTURE / camera.width
+        # USD has one focal length, so pixels that are not square have another height.
+        pixel_height = pixel_width * camera.fx / camera.fy
+        prim.CreateVerticalApertureAttr(camera.height * pixel_height)
+        prim.CreateFocalLengthAttr(camera.fx * pixel_width)
+        prim.CreateHorizontalApertureOffsetAttr((camera.width / 2 - camera.cx) * pixel_width)
+        prim.CreateVerticalApertureOffsetAttr((camera.cy - camera.height / 2) * pixel_height)
         prim.CreateClippingRangeAttr(Gf.Vec2f(0.2 * camera.near, 1000 * camera.near))
         pose = Gf.Matrix4d(
             *_make_pose(camera, self._clip).T.ravel().tolist()

@@ -232,6 +232,23 @@ def test_openusd_reads_a_time_sample_per_frame(tmp_path):
     assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # the viewing direction
 
 
+def test_usd_cameras_see_points_at_the_same_pixels(tmp_path):
+    usd = pytest.importorskip("pxr.Usd")
+    from pxr import UsdGeom
+
+    clip, frames = make_clip(up_axis=3)
+    camera = replace(CAMERA, fx=30.0, fy=50.0, cx=20.0, cy=13.0)
+    path = tmp_path / "frames.usdc"
+    path.write_bytes(export("usdc", replace(clip, cameras=(camera,)), frames[:1]))
+    stage = usd.Stage.Open(str(path))
+    frustum = UsdGeom.Camera(stage.GetPrimAtPath("/scene/camera_00")).GetCamera(0).frustum
+    x, y, z = 0.3, 0.2, 2.0  # in the axes of the camera: right, down, forward
+    projected = frustum.ComputeProjectionMatrix().Transform((x, -y, -z))
+
+    assert (1 + projected[0]) / 2 * camera.width == pytest.approx(camera.fx * x / z + camera.cx)
+    assert (1 - projected[1]) / 2 * camera.height == pytest.approx(camera.fy * y / z + camera.cy)
+
+
 def test_usd_shows_the_first_frame_to_readers_without_time(tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     clip, frames = make_clip(up_axis=3)
