@@ -11,6 +11,7 @@ import hmac
 import re
 import secrets
 from collections.abc import Collection, Sequence
+from ipaddress import AddressValueError, IPv6Address
 
 _LOOPBACK_HOSTS = ("localhost", "127.0.0.1", "::1")
 _AUTHORITY_PATTERN = re.compile(r"(\[(?P<ipv6>[\da-f:.]+)\]|(?P<name>[^\[\]:/@?#\s]+))(:\d+)?")
@@ -44,7 +45,8 @@ class RequestFilter:
             origins: Values of the Origin headers.
             address: Address of this machine at which the request arrived.
         """
-        if len(hosts) != 1 or _parse_host(hosts[0]) not in {*self._accepted_names, address}:
+        accepted_names = {*self._accepted_names, _unmap_address(address)}
+        if len(hosts) != 1 or _parse_host(hosts[0]) not in accepted_names:
             return (
                 "the name in the Host header is unknown; quarc-ref view --allow-host NAME allows it"
             )
@@ -67,6 +69,18 @@ class RequestFilter:
 def is_host_name(text: str) -> bool:
     """Return whether a text is a host name or address without a port."""
     return _parse_host(f"[{text}]" if ":" in text else text) == text.lower()
+
+
+def _unmap_address(address: str) -> str:
+    """Return the IPv4 address that an IPv6 address such as `::ffff:192.0.2.1` contains.
+
+    A socket for both versions reports the addresses of IPv4 clients in this form.
+    """
+    try:
+        mapped = IPv6Address(address).ipv4_mapped
+    except AddressValueError:  # an IPv4 address
+        return address
+    return address if mapped is None else str(mapped)
 
 
 def _parse_host(authority: str) -> str | None:

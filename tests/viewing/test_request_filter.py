@@ -96,6 +96,14 @@ def test_the_address_of_a_request_is_an_allowed_host():
     assert not _is_accepted(everywhere, "Host: 10.0.0.8:8080", address="10.0.0.7")
 
 
+def test_ipv4_clients_of_an_ipv6_server_are_allowed_by_address():
+    everywhere = RequestFilter("::")
+
+    assert _is_accepted(everywhere, "Host: 10.0.0.7:8080", address="::ffff:10.0.0.7")
+    assert not _is_accepted(everywhere, "Host: 10.0.0.8:8080", address="::ffff:10.0.0.7")
+    assert _is_accepted(everywhere, "Host: [fd00::7]:8080", address="fd00::7")
+
+
 @pytest.mark.parametrize(
     ("text", "expected"),
     [

@@ -207,6 +207,21 @@ def test_a_server_on_all_interfaces_is_reachable_on_this_machine():
     assert statuses == [200, 200, 403]
 
 
+def test_a_server_on_all_interfaces_of_version_6_is_reachable_by_version_4():
+    resources = {"": Resource("text/plain", BytesSource(b"here"))}
+    with ExitStack() as stack:
+        try:
+            server = stack.enter_context(_run_server(("::", 20_100), resources))
+            port = server.server_address[1]
+            stack.enter_context(socket.create_connection(("127.0.0.2", port), timeout=30))
+        except OSError:
+            pytest.skip("this machine has no IPv6, or its sockets for IPv6 exclude IPv4")
+        client = http.client.HTTPConnection("127.0.0.2", port, timeout=30)
+        stack.enter_context(closing(client))
+
+        assert _request(client, server, "")[0] == 200
+
+
 def test_an_address_of_version_6_is_written_in_brackets():
     try:
         server = Server(("::1", 20_100), {})
