@@ -98,8 +98,13 @@ class _GrowingCopy:
             return written_bytes
 
     def read(self, offset: int, length: int) -> bytes:
-        """Return the bytes at `offset` that have been received, at most `length`."""
+        """Return the bytes at `offset` that have been received, at most `length`.
+
+        After `close`, return no bytes, because another thread may still serve a request.
+        """
         with self._lock:
+            if self._is_closed:
+                return b""
             available_bytes = max(0, min(length, self._size - offset))
             self._file.seek(offset if available_bytes else 0)
             return self._file.read(available_bytes)

@@ -3,11 +3,12 @@
 import io
 import subprocess
 import tempfile
+import time
 import tracemalloc
 
 import pytest
 
-from quarc_ref.cli.seekable_stream import open_seekable
+from quarc_ref.cli.seekable_stream import growing_copy, open_seekable
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import SourceError
@@ -90,6 +91,15 @@ def test_a_full_disk_is_named(monkeypatch):
         open_seekable(PipeSource(io.BytesIO(_DATA))),
     ):
         pass
+
+
+def test_a_closed_copy_returns_no_bytes():
+    with growing_copy(PipeSource(io.BytesIO(_DATA))) as copy:
+        while copy.size() < len(_DATA):
+            time.sleep(0.01)
+        assert copy.read(0, len(_DATA)) == _DATA
+
+    assert copy.read(0, len(_DATA)) == b""
 
 
 @pytest.mark.parametrize("verb", ["verify --deep", "render -o {out}", "view --no-open", "info"])
