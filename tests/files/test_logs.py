@@ -1,0 +1,30 @@
+"""Tests of log files: kept lines, unfinished lines, and empty files."""
+
+import pytest
+
+from quarc_ref.files import open_log
+
+
+@pytest.mark.parametrize(
+    ("existing", "keep", "expected"),
+    [
+        (b"", True, b"new\n"),
+        (b"old\n", True, b"old\nnew\n"),
+        (b"old\ntruncat", True, b"old\ntruncat\nnew\n"),
+        (b"old\ntruncat", False, b"new\n"),
+    ],
+)
+def test_a_new_line_follows_the_kept_lines(existing, keep, expected, tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.write_bytes(existing)
+    with open_log(path, keep=keep) as log:
+        log.write("new\n")
+
+    assert path.read_bytes() == expected
+
+
+def test_an_empty_log_is_removed(tmp_path):
+    with open_log(tmp_path / "log.jsonl", keep=True):
+        pass
+
+    assert list(tmp_path.iterdir()) == []
