@@ -64,10 +64,17 @@ class Similarity:
         return np.array(self.rotation).reshape(3, 3)
 
     def apply(self, splats: Splats) -> Splats:
-        """Return the transformed Gaussians, whose SH coefficients are rotated as well."""
+        """Return the transformed Gaussians, whose SH coefficients are rotated as well.
+
+        Raises:
+            EncodeError: A position exceeds the range of binary32.
+        """
         positions = (
             self.scale * (splats.positions.astype(np.float64) @ self.rotation_matrix.T) + self.shift
         )
+        if np.abs(positions).max(initial=0) > np.finfo(np.float32).max:
+            message = "the transformation moves a Gaussian too far away"
+            raise EncodeError(message)
         return replace(
             splats,
             positions=positions.astype(np.float32),
@@ -90,7 +97,11 @@ class Similarity:
         )
 
     def apply_to_header(self, header: StreamHeader) -> StreamHeader:
-        """Return a header with the transformed scale and up axis (0 if no axis points up)."""
+        """Return a header with the transformed scale and up axis (0 if no axis points up).
+
+        Raises:
+            EncodeError: The size of a world unit is out of the format's range.
+        """
         up_axis = 0
         if header.up_axis:
             axis_index, sign = (header.up_axis - 1) // 2, 1 - 2 * ((header.up_axis - 1) % 2)
@@ -98,8 +109,16 @@ class Similarity:
             axis = int(np.abs(up_direction).argmax())
             if abs(abs(up_direction[axis]) - 1) < _ROTATION_TOLERANCE:
                 up_axis = 1 + 2 * axis + int(up_direction[axis] < 0)
-        meters_per_unit = float(np.float32(header.meters_per_unit / self.scale))
-        return replace(header, up_axis=up_axis, meters_per_unit=meters_per_unit)
+        with np.errstate(over="ignore"):  # an infinite size is rejected below
+            meters_per_unit = float(np.float32(header.meters_per_unit / self.scale))
+        try:
+            return replace(header, up_axis=up_axis, meters_per_unit=meters_per_unit)
+        except ValueError as error:
+            message = (
+                f"scaling by {self.scale:.6g} is not possible, because a world unit would be "
+                f"{meters_per_unit:.6g} m: {error}"
+            )
+            raise EncodeError(message) from error
 
     def apply_to_metadata(self, metadata: dict[str, str], header: StreamHeader) -> dict[str, str]:
         """Return metadata with the transformed up direction, unless an axis points up.
@@ -143,7 +162,7 @@ class Edit:
         """Return the edited Gaussians of a frame with their ids.
 
         Raises:
-            EncodeError: The edit removes all Gaussians.
+            EncodeError: The edit removes all Gaussians, or moves one too far away.
         """
         rows = np.flatnonzero(self._find_kept(splats.positions))
         if not rows.size:
@@ -176,7 +195,7 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
         edit: The edit to apply to every frame.
 
     Raises:
-        EncodeError: The edit removes all Gaussians of a frame.
+        EncodeError: The edit removes all Gaussians of a frame, or moves one too far away.
     """
     keyframe_index = -1
     for scene in scenes:

@@ -35,8 +35,8 @@ def encode_edited(source: Source, sink: BinaryIO, edit: Edit, options: SceneOpti
 
     Raises:
         BitstreamError: The input stream is invalid.
-        EncodeError: The edit removes all Gaussians of a frame, or a frame cannot be coded
-            within the bounds.
+        EncodeError: The edit removes all Gaussians of a frame, the scale of the edited stream is
+            out of the format's range, or a frame cannot be coded within the bounds.
     """
     decoder = StreamDecoder()
     scenes: Iterator[Scene] = decode(source, decoder=decoder)

@@ -109,6 +109,20 @@ def test_the_up_axis_is_rotated_as_well_or_becomes_unknown():
     assert Similarity.from_matrix(about_x_by_45_degrees).apply_to_header(header).up_axis == 0
 
 
+@pytest.mark.parametrize(
+    ("scale", "message"),
+    [
+        (1e-7, "a world unit would be 3e\\+07 m"),
+        (1e-45, "a world unit would be inf m"),
+        (1e60, "too far away"),
+    ],
+)
+def test_a_scale_that_a_stream_cannot_store_is_explained(scale, message, stream):
+    scaling = Similarity.from_matrix(np.diag([scale, scale, scale, 1.0]))
+    with pytest.raises(EncodeError, match=message):
+        edit_stream(stream, Edit(similarity=scaling))
+
+
 def test_cameras_and_metadata_change_at_the_same_frames(stream):
     second_camera = replace(_CAMERA, name="second")
     frames = [
