@@ -29,6 +29,15 @@ def test_other_edits_are_fitted_again_within_bounds(stream_file, small_stream, t
     )
 
 
+@pytest.mark.parametrize("corners", ["1,1,1,-0.2,-1,-1", "1,-1,1,-0.2,1,-1"])
+def test_a_box_has_any_two_opposite_corners(corners, stream_file, tmp_path):
+    edited = [tmp_path / "a.quarc", tmp_path / "b.quarc"]
+    for file, crop in zip(edited, ["-0.2,-1,-1,1,1,1", corners], strict=True):
+        assert run("edit", stream_file, "-o", file, "--crop", crop).exit_code == 0
+
+    assert edited[0].read_bytes() == edited[1].read_bytes()
+
+
 def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
     color_edit = run("edit", stream_file, "-o", tmp_path / "a.quarc", "--recolor", "red=0.1")
     fitted_edit = run("edit", stream_file, "-o", tmp_path / "b.quarc", "--drop", "0,0,0,0.05")
@@ -42,7 +51,6 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
     [
         ([], "no edit is given"),
         (["--crop", "1,2,3"], "6 numbers"),
-        (["--crop", "1,0,0,0,1,1"], "smaller"),
         (["--drop", "a,b,c,d"], "4 numbers"),
         (["--drop", "0,0,0,-0.5"], "a radius of at least 0"),
         (["--transform", "1,0,0,0"], "12 or 16"),

@@ -34,8 +34,8 @@ def edit(
         typer.Option(
             "--crop",
             metavar="X,Y,Z,X,Y,Z",
-            help="Keep only Gaussians inside a box, given by two opposite corners in world units; "
-            "may be repeated.",
+            help="Keep only Gaussians inside a box, given by any two opposite corners in world "
+            "units. If repeated, Gaussians must be inside all boxes.",
         ),
     ] = None,
     drop: Annotated[
@@ -123,7 +123,7 @@ def _parse_edit(
 
     from quarc_ref.encoder.scenes.edits import Edit, Similarity
 
-    boxes = tuple(_parse_numbers("--crop", text, (6,)) for text in crop)
+    boxes = tuple(_sort_corners(_parse_numbers("--crop", text, (6,))) for text in crop)
     spheres = tuple(_parse_numbers("--drop", text, (4,)) for text in drop)
     similarity = None
     if transform is not None:
@@ -133,13 +133,6 @@ def _parse_edit(
         except ValueError as error:
             message = f"--transform: {error}"
             raise UsageError(message) from error
-    if any(
-        low_value > high_value
-        for box in boxes
-        for low_value, high_value in zip(box[:3], box[3:], strict=True)
-    ):
-        message = "--crop takes the corner with the smaller coordinates first"
-        raise UsageError(message)
     if any(radius < 0 for *_, radius in spheres):
         message = "--drop takes a radius of at least 0"
         raise UsageError(message)
@@ -161,6 +154,12 @@ def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float
         message = f"{option} takes {' or '.join(map(str, counts))} numbers, not {text!r}"
         raise UsageError(message)
     return numbers
+
+
+def _sort_corners(box: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the smallest and the largest coordinates of a box with two opposite corners."""
+    axes = list(zip(box[:3], box[3:], strict=True))
+    return (*map(min, axes), *map(max, axes))
 
 
 def _parse_recoloring(changes: list[str]) -> "Recoloring":
