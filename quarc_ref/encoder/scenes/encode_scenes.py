@@ -4,13 +4,14 @@ frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
 
 Frame 0 and every `keyframe_interval`-th frame are canonical frames. Another frame becomes one if
-more than half of its Gaussians are new, or more than the conformance level allows.
+more than half of its Gaussians are new, or more than the conformance level allows. The level is
+chosen from the first frames, and raised if a later frame needs a higher one.
 """
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from itertools import chain, islice, pairwise
-from typing import BinaryIO
+from typing import BinaryIO, cast
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from quarc_ref.encoder.scenes.fit_updates import (
     find_recolored,
     fit_updates,
 )
+from quarc_ref.encoder.scenes.level_sink import UNLIMITED_LEVEL, LevelSink, find_level
 from quarc_ref.encoder.scenes.matching import Match, match_ids, match_order
 from quarc_ref.encoder.scenes.steps import choose_steps
 from quarc_ref.encoder.scenes.targets import Target, make_target
@@ -35,7 +37,6 @@ from quarc_ref.encoder.scenes.verify import Errors, measure_errors, require_boun
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.coding.gaussian_planes import order_canonical
-from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import EncodeError, StateError
 from quarc_ref.format.frame_rate import to_clock
 from quarc_ref.format.records import OPACITY, StreamHeader
@@ -122,11 +123,13 @@ def encode_scenes(
     Args:
         scenes: Frames in order. The first three frames are read together, and later frames are
             read one by one.
-        sink: Binary file to which the stream is appended.
+        sink: Binary file to which the stream is appended. If the number of Gaussians more than
+            doubles, HEAD may be written again, with a higher level; this needs a seekable file.
         options: Error bounds and properties of the stream; None for the defaults.
 
     Raises:
-        EncodeError: The Gaussians cannot be represented within the bounds.
+        EncodeError: The Gaussians cannot be represented within the bounds, or a frame needs a
+            higher level, but the sink is not seekable.
     """
     options = options or SceneOptions()
     frames = map(_to_frame, scenes)
@@ -162,7 +165,13 @@ class _Encoding:
         self._encoder_metadata = {"encoder": f"quarc-ref {__version__}", "bounds": str(bounds)}
         self._cameras = options.cameras
         self._metadata = {**options.metadata, **self._encoder_metadata}
-        self._loop = ClosedLoop(sink, self._header, self._cameras, self._metadata)
+        self._sink = LevelSink(sink, self._header)
+        self._loop = ClosedLoop(
+            cast("BinaryIO", self._sink),  # the loop only writes and flushes
+            replace(self._header, level=UNLIMITED_LEVEL),
+            self._cameras,
+            self._metadata,
+        )
         self._errors = Errors()
         self._frame_count = 0
         self._last_frame = first_frames[0]
@@ -183,6 +192,7 @@ class _Encoding:
         )
         try:
             target = make_target(frame.splats, self._header, self._bounds)
+            self._sink.require_gaussians(target.count)
             self._write_side_data(frame)
             self._write_with_chosen_type(ordinal, frame, target)
         except EncodeError as error:
@@ -223,10 +233,10 @@ class _Encoding:
         rows = successors[self._target_rows]
         rows[find_recolored(self._loop.state, target, rows, self._code_bounds)] = -1
         new_count = target.count - np.count_nonzero(rows >= 0)
-        if new_count > min(target.count // 2, self._header.limits.births):
+        if new_count > min(target.count // 2, self._sink.limits.births):
             self._write_canonical(ordinal, target)
         else:
-            self._write_frame(target, rows)
+            self._write_frame(ordinal, target, rows)
 
     @property
     def _code_bounds(self) -> CodeErrorBounds:
@@ -240,7 +250,7 @@ class _Encoding:
         except StateError as error:
             raise EncodeError(str(error)) from error
 
-    def _write_frame(self, target: Target, rows: Int64) -> None:
+    def _write_frame(self, ordinal: int, target: Target, rows: Int64) -> None:
         faint_deaths = _find_faint_deaths(self._loop.state, rows < 0)
         start = self._loop.start_frame(faint_deaths.size)
         rows = np.delete(rows, faint_deaths)
@@ -256,7 +266,11 @@ class _Encoding:
         rows = rows[~is_deleted]
         is_new = np.ones(target.count, dtype=np.bool_)
         is_new[rows] = False
-        births, birth_rows = fit_births(moved_frame.state, target, np.flatnonzero(is_new))
+        new_rows = np.flatnonzero(is_new)
+        if new_rows.size > self._sink.limits.births:  # updates deleted Gaussians to replace them
+            self._write_canonical(ordinal, target)
+            return
+        births, birth_rows = fit_births(moved_frame.state, target, new_rows)
         self._loop.commit_frame(moved_frame, births)
         self._target_rows = np.concatenate([rows, birth_rows])
 
@@ -273,12 +287,9 @@ def _make_header(
 ) -> StreamHeader:
     timescale, frame_ticks = to_clock(options.frames_per_second)
     max_gaussians = _MAX_GROWTH_FACTOR * max(len(frame.splats.positions) for frame in first_frames)
-    sufficient_levels = [
-        level for level, limits in LEVELS.items() if max_gaussians <= limits.gaussians
-    ]
     header = replace(
         options.header,
-        level=min(sufficient_levels, default=max(LEVELS)),
+        level=find_level(max_gaussians),
         timescale=timescale,
         frame_ticks=frame_ticks,
         updates=True,
@@ -299,4 +310,6 @@ def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
 
 
 _LOOKAHEAD_FRAMES = 3
-_MAX_GROWTH_FACTOR = 2  # largest final number of Gaussians, relative to that of the first frames
+# Number of Gaussians that the first level allows, relative to that of the first frames: most
+# streams then need no higher level.
+_MAX_GROWTH_FACTOR = 2
