@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test ci check checks lint types imports docs core player conformance mutants clean
+.PHONY: help setup lock outdated locked demo test ci check checks lint types imports docs core player player-build player-tests conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -48,17 +48,18 @@ demo: $(READY) $(CORE) ## Trace a scene, encode, decode and evaluate it: demo/re
 test: $(READY) $(CORE) ## Run the tests, except those marked thorough.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder $(TEST_OPTIONS)
 
-ci: $(READY) $(CORE) ## Run what CI runs: all checks, and the tests except those marked thorough.
+ci: ## Run what CI runs: all checks, and the tests except those marked thorough.
 	$(MAKE) --jobs=2 checks
 	$(MAKE) test
-	$(MAKE) player
+	$(MAKE) player-tests
 
 check: ## Run what CI runs, with the thorough tests, which take ten more minutes.
 	$(MAKE) ci TEST_OPTIONS=--thorough
 
-# What needs one core and measures no time, two at once. The tests of Python and of the player
-# follow one after the other, because some of them have time limits.
-checks: locked lint types imports docs core
+# What measures no time, two at once: core/ needs no Python, so it is tested while packages are
+# installed. The tests of Python and of the player follow one after the other, because some of them
+# have time limits.
+checks: core $(READY) player-build locked lint types imports docs $(CORE)
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -88,11 +89,20 @@ core: ## Check format and lints of core/, and run its tests.
 	else cd core && unset MAKEFLAGS MFLAGS && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
-player: $(READY) ## Build player/, test it (in Chromium, if installed), and store it in the package.
-	@if ! command -v npm >/dev/null; then echo "npm is not installed: player/ is skipped"; \
-	elif ! core/wasm/build.sh --player; then echo "the WebAssembly module cannot be built: player/ is skipped"; \
-	else cd player && { [ -d node_modules ] || npm ci --silent; } && \
-	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../core/wasm/quarc-player.wasm node keep.mjs; fi
+player: ## Build player/, test it (in Chromium, if installed), and store it in the package.
+	$(MAKE) player-build
+	$(MAKE) player-tests
+
+WASM := core/wasm/quarc-player.wasm
+player-build: # the WebAssembly module, and the packages that the player needs
+	@rm -f $(WASM); if ! command -v npm >/dev/null; then echo "npm is not installed: player/ is skipped"; \
+	elif ! (unset MAKEFLAGS MFLAGS && core/wasm/build.sh --player); then \
+	  echo "the WebAssembly module cannot be built: player/ is skipped"; \
+	else cd player && { [ -d node_modules ] || npm ci --silent; }; fi
+
+player-tests: $(READY)
+	@if [ -f $(WASM) ]; then cd player && \
+	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../$(WASM) node keep.mjs; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
