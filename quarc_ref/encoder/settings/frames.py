@@ -173,7 +173,7 @@ class UpdateSettings(Validated):
         0.12, "Learning rate of the residuals of updates, in quantization steps; 0: no updates."
     )
     rd_lambda: NonNegativeFloat = described(
-        0.2,
+        0.21,
         "Rate-distortion weight of updates, relative to the loss of decoded frame 0. The rate of "
         "updates is estimated as the mean over all Gaussians of ln(1 + norm of the Gaussian's "
         "residuals in steps). 0: the loss has no rate term.",
@@ -182,7 +182,7 @@ class UpdateSettings(Validated):
         0.5, "Fraction of the motion iterations after which the Gaussians to update are selected."
     )
     min_gain: NonNegativeFloat = described(
-        0.5,
+        0.525,
         "Gain above which an update is selected. The gain is the decrease of the mean loss of the "
         "training views, multiplied by the number of Gaussians and divided by the loss of decoded "
         "frame 0. 0: any decrease is sufficient.",

@@ -79,7 +79,7 @@ _MAIN = EncoderConfig(
         level_lr_factor=2.0,
         lr_end_factor=0.05,
         rate_model="group_log",
-        rd_lambda=0.7,
+        rd_lambda=0.735,
         warm_start="projection",
         momentum=1.0,
     ),
@@ -93,7 +93,7 @@ _MAIN = EncoderConfig(
         lr_end_factor=0.05,
         split_iters=(),
         rd_selection=True,
-        rd_lambda=0.04,
+        rd_lambda=0.042,
     ),
 )
 _DEMO = replace(
