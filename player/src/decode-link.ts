@@ -5,7 +5,8 @@
  * runs are dropped, unless they describe the whole stream.
  */
 
-import type { DecodeReply, DecodeRequest, PlayerFault, StreamSource } from "./protocol.js";
+import type { DecodeReply, PlayerFault, StreamSource } from "./protocol.js";
+import { sendRequest } from "./workers.js";
 
 export class DecodeLink {
   /** Number of the current run; 0 before the first. */
@@ -27,21 +28,20 @@ export class DecodeLink {
   /** Open a stream, and allow `frames` frames to be decoded. */
   open(source: StreamSource, frames: number): void {
     this.#openingRun = ++this.run;
-    const transferList = "bytes" in source ? [source.bytes] : [];
-    this.#decoder.postMessage({ kind: "open", source, run: this.run }, transferList);
+    sendRequest(this.#decoder, { kind: "open", source, run: this.run });
     this.allowFrames(frames);
   }
 
   /** Continue at a frame, or at the last frame if the stream ends earlier; allow `frames` frames to be decoded. */
   seek(frame: number, frames: number): void {
     this.run += 1;
-    this.#sendRequest({ kind: "seek", frame, run: this.run, clampToLast: true });
+    sendRequest(this.#decoder, { kind: "seek", frame, run: this.run, clampToLast: true });
     this.allowFrames(frames);
   }
 
   /** Allow `frames` more frames to be decoded. */
   allowFrames(frames: number): void {
-    this.#sendRequest({ kind: "more", frames, run: this.run });
+    sendRequest(this.#decoder, { kind: "more", frames, run: this.run });
   }
 
   /** Drop further replies to the current run, and return the number of a new run, which has no replies. */
@@ -58,9 +58,5 @@ export class DecodeLink {
     const run = reply.kind === "frame" ? reply.packet.run : reply.run;
     const describesStream = reply.kind === "info" || reply.kind === "edge";
     return run === this.run || (describesStream && run >= this.#openingRun);
-  }
-
-  #sendRequest(request: DecodeRequest): void {
-    this.#decoder.postMessage(request);
   }
 }

@@ -2,7 +2,7 @@
 
 import { generateFrames, type DecodeChannel, type FramesOptions } from "./decode/frames.js";
 import type { DecodeReply, FramePacket, StreamSource } from "./protocol.js";
-import { makeDecoder } from "./workers.js";
+import { makeDecoder, sendRequest } from "./workers.js";
 
 const FRAMES_AHEAD = 3;
 
@@ -16,9 +16,7 @@ export function readFrames(
   source: StreamSource,
   options: FramesOptions = {},
 ): AsyncGenerator<FramePacket, void, void> {
-  // The worker cannot resolve relative addresses.
-  const absoluteSource = "url" in source ? { ...source, url: new URL(source.url, document.baseURI).href } : source;
-  return generateFrames(startDecoder, absoluteSource, options, FRAMES_AHEAD);
+  return generateFrames(startDecoder, source, options, FRAMES_AHEAD);
 }
 
 function startDecoder(onReply: (reply: DecodeReply) => void): DecodeChannel {
@@ -32,8 +30,7 @@ function startDecoder(onReply: (reply: DecodeReply) => void): DecodeChannel {
   return {
     handle(request) {
       if ("run" in request) run = request.run;
-      const transferList = request.kind === "open" && "bytes" in request.source ? [request.source.bytes] : [];
-      worker.postMessage(request, transferList); // on "close", the worker terminates itself
+      sendRequest(worker, request); // on "close", the worker terminates itself
     },
   };
 }

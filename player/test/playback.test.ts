@@ -150,6 +150,34 @@ browserTest("an element that has opened bytes can be moved, and then opens its s
   assert.deepEqual(frames, [0, null, 0]);
 });
 
+browserTest("programs can open relative addresses, like the attribute src", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const frames = await page.page.evaluate(async () => {
+    const { Player, readFrames } = await import(`${location.origin}/quarc-player.js`);
+    const base = document.head.appendChild(document.createElement("base"));
+    base.href = "/folder/";
+    const url = "../stream.quarc";
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    await player.open({ url });
+    const element = document.body.appendChild(document.createElement("quarc-player")) as PlayerElement;
+    element.open({ url });
+    await new Promise((resolve) => element.addEventListener("frame", resolve, { once: true }));
+    const { value } = await readFrames({ url }).next();
+    return [player.frame, element.frame, value.frame];
+  });
+  assert.deepEqual(frames, [0, 0, 0]);
+});
+
+browserTest("an address that is invalid is a network error", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const kind = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    return player.open({ url: "http://[" }).catch(({ fault }: StreamError) => fault.kind);
+  });
+  assert.equal(kind, "network");
+});
+
 browserTest("a seek and the seeks that it replaces resolve when its frame is shown", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

@@ -132,9 +132,7 @@ export class QuarcPlayer extends HTMLElement {
     const session = this.#session;
     const url = this.getAttribute("src");
     const isLive = this.hasAttribute("live");
-    // The worker cannot resolve relative addresses.
-    const attributeSource = url === null ? null : { url: new URL(url, document.baseURI).href, isLive };
-    const source = this.#source ?? attributeSource;
+    const source = this.#source ?? (url === null ? null : { url, isLive });
     if (session === null || source === null) return;
     session.player.camera = this.getAttribute("camera");
     const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
