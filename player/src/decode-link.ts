@@ -6,6 +6,7 @@
  */
 
 import type { DecodeReply, PlayerFault, StreamSource } from "./protocol.js";
+import { makeFault } from "./stream-error.js";
 import { sendRequest } from "./workers.js";
 
 export class DecodeLink {
@@ -20,8 +21,7 @@ export class DecodeLink {
       if (this.#isCurrent(data as DecodeReply)) onReply(data as DecodeReply);
     };
     decoder.onerror = (event) => {
-      const message = event.message || "the decode worker could not be started";
-      onFault({ kind: "player", message, rejectId: null, frame: null });
+      onFault(makeFault("player", event.message || "the decode worker could not be started"));
     };
   }
 

@@ -9,6 +9,7 @@ import { DecodeLink } from "./decode-link.js";
 import { Extent } from "./extent.js";
 import type { PlaybackEvents, Screen } from "./playback-events.js";
 import type { DecodeReply, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
+import { makeFault } from "./stream-error.js";
 
 const BUFFER_FRAMES = 12; // frames decoded ahead
 const SEEK_TIMEOUT_MS = 150; // after which a new seek replaces a seek that has not shown its frame
@@ -220,6 +221,7 @@ export class Playback {
   }
 
   #handleEnd(frameCount: number): void {
+    if (this.#extent.info === null) return this.#handleFault(makeFault("empty", "the stream has no frames"));
     this.#extent.finish(frameCount);
     this.#events.onState();
     this.#decodeNextLap();

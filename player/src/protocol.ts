@@ -145,8 +145,11 @@ export type DecodeReply =
 
 /** An error: its kind, a message for the user, and the reject id if the stream is invalid. */
 export interface PlayerFault {
-  /** "rejected": invalid stream; "network": stream not received; "limit": too much for this machine; "player": a bug. */
-  readonly kind: "rejected" | "network" | "limit" | "player";
+  /**
+   * "rejected": invalid stream; "empty": stream without frames; "network": stream not received; "limit": too much for
+   * this machine; "player": the player has been disposed, or has a bug.
+   */
+  readonly kind: "rejected" | "empty" | "network" | "limit" | "player";
   readonly message: string;
   /** The reject id of SPEC 3.3; null unless `kind` is "rejected". */
   readonly rejectId: string | null;

@@ -2,6 +2,7 @@
 
 import { generateFrames, type DecodeChannel, type FramesOptions } from "./decode/frames.js";
 import type { DecodeReply, FramePacket, StreamSource } from "./protocol.js";
+import { makeFault } from "./stream-error.js";
 import { makeDecoder, sendRequest } from "./workers.js";
 
 const FRAMES_AHEAD = 3;
@@ -24,8 +25,7 @@ function startDecoder(onReply: (reply: DecodeReply) => void): DecodeChannel {
   let run = 0;
   worker.onmessage = ({ data }) => onReply(data as DecodeReply);
   worker.onerror = ({ message }) => {
-    const text = message || "the decoder could not be started";
-    onReply({ kind: "error", error: { kind: "player", message: text, rejectId: null, frame: null }, run });
+    onReply({ kind: "error", error: makeFault("player", message || "the decoder could not be started"), run });
   };
   return {
     handle(request) {

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
-import { readRoom, StreamServer } from "./server.js";
+import { readRoom, readVector, StreamServer } from "./server.js";
 
 const CANONICAL_BYTES = 30_000; // approximate size of the first frame of room.quarc
 
@@ -79,6 +79,17 @@ browserTest("a file that is not a stream is rejected with bad-magic", async () =
   await using page = await PlayerPage.open({ stream: new TextEncoder().encode("<!doctype html>") });
   const fault = await page.run(nextFault);
   assert.deepEqual([fault.kind, fault.rejectId], ["rejected", "bad-magic"]);
+});
+
+browserTest("a stream without frames is reported", async () => {
+  for (const name of ["no-frames", "no-frames-index"]) {
+    await using page = await PlayerPage.open({ stream: readVector(`streams/${name}`), attributes: "autoplay" });
+    const fault = await page.run(nextFault);
+    assert.equal(fault.kind, "empty");
+    assert.equal(await readText(page, ".fault p"), "the stream has no frames");
+    const state = await page.run(({ player }) => [player?.isPlaying, player?.isWaiting]);
+    assert.deepEqual(state, [false, false]);
+  }
 });
 
 browserTest("a picture is shown before the first frame has arrived", async () => {

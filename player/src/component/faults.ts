@@ -4,6 +4,7 @@ import type { PlayerFault } from "../protocol.js";
 
 const TITLES: Readonly<Record<PlayerFault["kind"], string>> = {
   rejected: "This stream is damaged",
+  empty: "This stream is empty",
   network: "The stream cannot be loaded",
   limit: "This browser cannot play the stream",
   player: "The player has failed",
