@@ -14,6 +14,7 @@ import type { OpenOptions, PlayerOptions } from "./player-options.js";
 import { Playback } from "./playback.js";
 import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
 import { frameRate, Recorder, type Statistics } from "./statistics.js";
+import { makeFault } from "./stream-error.js";
 import { Controls } from "./view/controls.js";
 import type { Axis } from "./view/scene.js";
 import { Viewer } from "./view/viewer.js";
@@ -38,7 +39,7 @@ export class Player extends PlayerEventTarget {
     this.#stage = new Stage(canvas, makeSorter, {
       onShown: (packet, cost) => this.#handleShown(packet, cost),
       onRestored: () => void this.setFrame(this.#playback.target ?? 0),
-      onFault: (message) => this.#handleFault({ kind: "limit", message, rejectId: null, frame: null }),
+      onFault: (message) => this.#handleFault(makeFault("limit", message)),
     });
     this.#viewer = new Viewer(this.#stage, () => this.dispatch("view", null));
     this.#playback = new Playback(makeDecoder(), this.#stage, {
@@ -112,12 +113,16 @@ export class Player extends PlayerEventTarget {
     return this.setFrame(Infinity);
   }
 
-  /** Stop the workers and release the graphics memory. The player cannot be used afterwards. */
+  /**
+   * Stop the workers, release the graphics memory, and reject all pending promises. The player cannot be used
+   * afterwards.
+   */
   dispose(): void {
     this.pause();
     this.#controls?.dispose();
     this.#playback.close();
     this.#stage.dispose();
+    this.#pendingPromises.rejectAll(makeFault("player", "the player was disposed"));
   }
 
   /** The description of the stream; null before its first frame. */

@@ -178,6 +178,22 @@ browserTest("an address that is invalid is a network error", async () => {
   assert.equal(kind, "network");
 });
 
+browserTest("pending promises reject when the player is disposed or its element is removed", async () => {
+  await using page = await PlayerPage.open({ bitsPerSecond: 400_000 });
+  await page.waitUntil((player) => player.frame === 0);
+  const messages = await page.run(async (element) => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const promises: Promise<unknown>[] = [player.open({ url: "stream.quarc" }), element.setFrame(20)];
+    element.step(); // a promise that nobody uses is not an unhandled rejection
+    player.dispose();
+    element.remove();
+    return Promise.all(promises.map((promise) => promise.catch(({ fault }: StreamError) => [fault.kind, fault.message])));
+  });
+  const disposed = ["player", "the player was disposed"];
+  assert.deepEqual(messages, [disposed, disposed]);
+});
+
 browserTest("a seek and the seeks that it replaces resolve when its frame is shown", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

@@ -10,6 +10,7 @@ import type { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
 import type { StreamInfo, StreamSource } from "../protocol.js";
 import type { Statistics } from "../statistics.js";
+import { makeFault } from "../stream-error.js";
 import { AXES } from "../view/scene.js";
 import { describeFault } from "./faults.js";
 import { Session } from "./session.js";
@@ -71,23 +72,23 @@ export class QuarcPlayer extends HTMLElement {
   }
 
   /** Seek to a time, in seconds from the first frame. Resolves and rejects like `Player.setFrame`. */
-  async seek(seconds: number): Promise<number | null> {
-    return (await this.player?.seek(seconds)) ?? null;
+  seek(seconds: number): Promise<number | null> {
+    return this.player?.seek(seconds) ?? Promise.resolve(null);
   }
 
   /** Seek to a frame by its ordinal. Resolves and rejects like `Player.setFrame`. */
-  async setFrame(frame: number): Promise<number | null> {
-    return (await this.player?.setFrame(frame)) ?? null;
+  setFrame(frame: number): Promise<number | null> {
+    return this.player?.setFrame(frame) ?? Promise.resolve(null);
   }
 
   /** Pause, and move by `count` frames; negative numbers move back. Resolves and rejects like `Player.setFrame`. */
-  async step(count = 1): Promise<number | null> {
-    return (await this.player?.step(count)) ?? null;
+  step(count = 1): Promise<number | null> {
+    return this.player?.step(count) ?? Promise.resolve(null);
   }
 
   /** Seek to the newest frame of a live stream. Resolves and rejects like `Player.setFrame`. */
-  async seekToLiveEdge(): Promise<number | null> {
-    return (await this.player?.seekToLiveEdge()) ?? null;
+  seekToLiveEdge(): Promise<number | null> {
+    return this.player?.seekToLiveEdge() ?? Promise.resolve(null);
   }
 
   /** Select a camera of the stream by name; an unknown name changes nothing. */
@@ -142,7 +143,7 @@ export class QuarcPlayer extends HTMLElement {
   }
 
   #showFault(message: string): void {
-    const fault = { kind: "limit", message, rejectId: null, frame: null } as const;
+    const fault = makeFault("limit", message);
     this.#root.replaceChildren(describeFault(fault, null));
     this.dispatchEvent(new CustomEvent("error", { detail: fault }));
   }
