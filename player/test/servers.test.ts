@@ -2,6 +2,8 @@
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+import type { PlayerFault } from "../src/protocol.js";
+import type { StreamError } from "../src/stream-error.js";
 import { readRoom, readVector, StreamServer } from "./server.js";
 
 const CANONICAL_BYTES = 30_000; // approximate size of the first frame of room.quarc
@@ -126,6 +128,54 @@ browserTest("a stream that is too large for the graphics card is reported", asyn
   });
   assert.deepEqual(shown, ["limit", null]);
   assert.ok(await page.page.locator("quarc-player .fault").isVisible());
+});
+
+browserTest("shaders that do not compile are reported, also after the graphics context was lost", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const faults = await page.run(async (element) => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const { getShaderParameter } = WebGL2RenderingContext.prototype;
+    WebGL2RenderingContext.prototype.getShaderParameter = function (shader: WebGLShader, name: GLenum) {
+      return name === this.COMPILE_STATUS ? false : getShaderParameter.call(this, shader, name);
+    };
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const faults: PlayerFault[] = [];
+    player.addEventListener("error", ({ detail }: CustomEvent<PlayerFault>) => faults.push(detail));
+    const recordFault = ({ fault }: StreamError): unknown => faults.push(fault);
+    await player.open({ url: "stream.quarc" }).catch(recordFault);
+    await player.setFrame(3).catch(recordFault);
+    const failed = new Promise<PlayerFault>((resolve) => {
+      element.addEventListener("error", ({ detail }) => resolve(detail), { once: true });
+    });
+    const context = element.shadowRoot?.querySelector<HTMLCanvasElement>("canvas.view")?.getContext("webgl2");
+    const extension = context?.getExtension("WEBGL_lose_context");
+    extension?.loseContext();
+    setTimeout(() => extension?.restoreContext(), 200);
+    return [...faults, await failed].map(({ kind, message }) => `${kind}: ${message}`);
+  });
+  assert.equal(faults.length, 5); // an event and a rejection of both promises, and an event after the loss
+  for (const fault of faults) assert.match(fault, /^limit: a shader does not compile/);
+});
+
+browserTest("the picture stays while another stream is loading, even if the page is resized", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  page.server.setOptions({ bitsPerSecond: 100_000 });
+  await page.run((player) => {
+    const begun = new Promise((resolve) => player.addEventListener("info", resolve, { once: true }));
+    player.setAttribute("frame", "15");
+    player.setAttribute("src", "stream.quarc");
+    return begun.then(() => undefined);
+  });
+  for (const width of [480, 400]) {
+    await page.page.setViewportSize({ width, height: 400 });
+    await page.page.evaluate("new Promise((resolve) => setTimeout(resolve, 100))");
+    const [red, green, blue] = (await page.takeScreenshot()).pixelAt(width / 2, 220);
+    assert.equal(await page.run((player) => player.frame), null);
+    assert.ok(red + green + blue > 60, `the canvas is black, ${width} pixels wide`);
+  }
+  await page.waitUntil((player) => player.frame === 15);
 });
 
 browserTest("without WebGL2, an error is shown, and no worker is left", async () => {

@@ -70,11 +70,11 @@ export class Stage {
   /** Prepare for a stream; the current picture stays on the screen until the first frame is shown. */
   begin(info: StreamInfo): void {
     this.#painter?.dispose();
+    this.#painter = null; // the first packet creates another; a draw before it would clear the canvas
     this.#info = info;
     this.#pendingPacket = null;
     this.#dropRequests();
     this.#sortDirection = null;
-    this.#painter = this.#gl.isContextLost() ? null : new Painter(this.#gl, info);
   }
 
   /** Sort a frame, and then show it. */
@@ -154,8 +154,10 @@ export class Stage {
   }
 
   #apply(packet: FramePacket, { order, sortMs }: SortReply): void {
-    const startTime = performance.now();
+    let startTime = 0;
     try {
+      if (this.#info !== null && !this.#gl.isContextLost()) this.#painter ??= new Painter(this.#gl, this.#info);
+      startTime = performance.now(); // after the compilation of the shaders, which is not part of an upload
       this.#painter?.apply(packet);
     } catch (error) {
       if (!(error instanceof DrawingError)) throw error;
