@@ -146,8 +146,8 @@ export type DecodeReply =
 /** An error: its kind, a message for the user, and the reject id if the stream is invalid. */
 export interface PlayerFault {
   /**
-   * "rejected": invalid stream; "empty": stream without frames; "network": stream not received; "limit": too much for
-   * this machine; "player": the player has been disposed, or has a bug.
+   * "rejected": invalid stream; "empty": stream without frames; "network": stream not received, or
+   * changed on the server; "limit": too much for this machine; "player": the player has been disposed, or has a bug.
    */
   readonly kind: "rejected" | "empty" | "network" | "limit" | "player";
   readonly message: string;

@@ -6,8 +6,11 @@ import { DecodeService } from "../src/decode/decode-service.js";
 import { readFrames, StreamError } from "../src/decode/index.js";
 import { QuarcModule } from "../src/decode/quarc.js";
 import type { DecodeReply, FramePacket, StreamInfo, StreamSource } from "../src/protocol.js";
+import { HttpSource } from "../src/decode/source.js";
 import { digestState, FrameRebuilder } from "./frame-rebuilder.js";
 import { readVector, StreamServer } from "./server.js";
+
+type Headers = Readonly<Record<string, string>>;
 
 const STREAMS = ["journey", "births-and-deaths", "snapshots-journey", "updates-journey", "sh-degree-0"];
 
@@ -102,6 +105,60 @@ function expectFault(kind: string, rejectId: string | null): (error: unknown) =>
     return true;
   };
 }
+
+/** Read a file whose connection breaks, and change it on the server after the first piece; return the bytes read. */
+async function readChanging(headers: Headers, change: (server: StreamServer) => void, isLive = false): Promise<number> {
+  await using server = await StreamServer.start(readVector("streams/journey"), { breakAfterBytes: 700, headers });
+  const abortController = new AbortController();
+  let end = 0;
+  for await (const { offset, bytes } of new HttpSource({ url: server.url, isLive }).read(0, abortController.signal)) {
+    if (end === 0) change(server);
+    end = offset + bytes.length;
+    if (end === readVector("streams/journey").length) break; // a live stream has no end
+  }
+  return end;
+}
+
+test("a file that is replaced while it is read is a network error", async () => {
+  const other = Uint8Array.from(readVector("streams/journey")).fill(0, 600);
+  const [shorter, longer] = [other.subarray(0, 1500), new Uint8Array(other.length + 1)];
+  const expectChange = { name: "NetworkError", message: /the file on the server has changed$/ };
+  for (const [name, before, after] of [
+    ["ETag", '"1"', '"2"'],
+    ["Last-Modified", "Tue, 24 Nov 2026 10:00:00 GMT", "Tue, 24 Nov 2026 10:00:01 GMT"],
+  ] as const) {
+    const replace = (server: StreamServer): void => {
+      server.grow(other);
+      server.setOptions({ headers: { [name]: after } });
+    };
+    await assert.rejects(readChanging({ [name]: before }, replace), expectChange, name);
+  }
+  for (const replacement of [shorter, longer]) {
+    await assert.rejects(readChanging({}, (server) => server.grow(replacement)), expectChange);
+  }
+  await assert.rejects(readChanging({}, (server) => server.grow(shorter.subarray(0, 800)), true), expectChange);
+});
+
+test("weak ETags, missing ETags and those of a live stream do not show that a file was replaced", async () => {
+  const modified = "Tue, 24 Nov 2026 10:00:00 GMT";
+  const length = readVector("streams/journey").length;
+  const laterHeaders: Headers[] = [{ ETag: 'W/"2"' }, { "Last-Modified": modified }, {}];
+  for (const after of laterHeaders) {
+    const change = (server: StreamServer): void => server.setOptions({ headers: after });
+    assert.equal(await readChanging({ ETag: 'W/"1"', "Last-Modified": modified }, change), length);
+  }
+  const change = (server: StreamServer): void => server.setOptions({ headers: { ETag: '"2"' } });
+  assert.equal(await readChanging({ ETag: '"1"' }, change, true), length);
+});
+
+test("a server need not tell the size of a stream", async () => {
+  const stream = readVector("streams/journey");
+  for (const unknownSizePartBytes of [stream.length, 1000]) {
+    await using server = await StreamServer.start(stream, { unknownSizePartBytes });
+    assert.deepEqual(await readSource({ url: server.url }), await decodeDirectly(stream));
+    assert.deepEqual((await readSource({ url: server.url }, 4)).length, 5);
+  }
+});
 
 test("a live stream is followed to its end", async () => {
   const stream = readVector("streams/journey");

@@ -21,6 +21,10 @@ export const readRoom = (): Uint8Array => readPlayerFile("test/streams/room.quar
 export interface ServerOptions {
   /** Whether the server answers range requests with status 206; otherwise it answers all requests with 200. */
   readonly supportsRanges?: boolean;
+  /** Other headers of each response, such as ETag. */
+  readonly headers?: Readonly<Record<string, string>>;
+  /** Maximum number of bytes of each part, if the server does not tell the size of the stream. */
+  readonly unknownSizePartBytes?: number | null;
   /** Number of bytes of each response after which the server breaks the connection. */
   readonly breakAfterBytes?: number;
   /** Status with which the server answers every request for the stream; null for normal answers. */
@@ -97,10 +101,12 @@ export class StreamServer {
 
   async #respondWithStream(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const { status = null, supportsRanges = true, breakAfterBytes = Infinity } = this.#options;
+    const { unknownSizePartBytes = null } = this.#options;
     const size = this.#stream.length;
     const rangeMatch = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
     this.requests.push(request.headers.range ?? "");
     if (this.#options.allowsOrigins === true) response.setHeader("Access-Control-Allow-Origin", "*");
+    for (const [name, value] of Object.entries(this.#options.headers ?? {})) response.setHeader(name, value);
     if (status !== null) {
       response.writeHead(status).end();
       return;
@@ -111,9 +117,10 @@ export class StreamServer {
       response.writeHead(416, { "Content-Range": `bytes */${size}` }).end();
       return;
     }
-    const end = isPartial && rangeMatch[2] !== "" ? Math.min(size, Number(rangeMatch[2]) + 1) : size;
+    const requestedEnd = isPartial && rangeMatch[2] !== "" ? Number(rangeMatch[2]) + 1 : size;
+    const end = Math.min(size, requestedEnd, begin + (unknownSizePartBytes ?? size));
     const body = this.#stream.subarray(begin, end);
-    const range = { "Content-Range": `bytes ${begin}-${end - 1}/${size}` };
+    const range = { "Content-Range": `bytes ${begin}-${end - 1}/${unknownSizePartBytes === null ? size : "*"}` };
     response.writeHead(isPartial ? 206 : 200, { "Content-Length": body.length, ...(isPartial ? range : {}) });
     await this.#send(body.subarray(0, breakAfterBytes), response);
     if (breakAfterBytes < body.length) setTimeout(() => response.destroy(), 5);

@@ -25,6 +25,7 @@ export class HttpSource {
   readonly isLive: boolean;
   readonly #url: string;
   readonly #headers: Readonly<Record<string, string>>;
+  #validators: readonly (string | null | undefined)[] = []; // ETag, if it is strong, and Last-Modified
 
   constructor(source: Extract<StreamSource, { url: string }>) {
     this.#url = source.url;
@@ -37,16 +38,17 @@ export class HttpSource {
     let nextOffset = offset;
     for (let failures = 0; ; ) {
       try {
+        const firstOffset = nextOffset;
         for await (const piece of this.#readResponse(nextOffset, signal)) {
           nextOffset = piece.offset + piece.bytes.length;
           failures = 0;
           yield piece;
         }
-        if (!this.isLive) return;
-        await sleep(LIVE_POLL_MS, signal);
+        if (this.isLive) await sleep(LIVE_POLL_MS, signal);
+        else if (this.size !== null || nextOffset === firstOffset) return;
       } catch (error) {
         if (signal.aborted || error instanceof NetworkError) throw error;
-        if (++failures > MAX_RETRIES) throw new NetworkError(`${this.#url}: ${String(error)}`);
+        if (++failures > MAX_RETRIES) this.#fail(String(error));
         await sleep(RETRY_PAUSE_MS * 2 ** failures, signal);
       }
     }
@@ -56,10 +58,10 @@ export class HttpSource {
   async *#readResponse(requestedOffset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     const headers = { ...this.#headers, Range: `bytes=${requestedOffset}-` };
     const response = await fetch(this.#url, { headers, signal, cache: this.isLive ? "no-store" : "no-cache" });
-    let offset = this.#findBodyOffset(response, requestedOffset);
-    if (response.body === null || offset === null) return;
-    const reader = response.body.getReader();
+    const reader = response.body?.getReader();
     try {
+      let offset = this.#findBodyOffset(response, requestedOffset);
+      if (reader === undefined || offset === null) return;
       for (;;) {
         const { done, value } = await reader.read();
         if (done) break;
@@ -67,39 +69,49 @@ export class HttpSource {
         if (skippedBytes < value.length) yield { offset: offset + skippedBytes, bytes: value.subarray(skippedBytes) };
         offset += value.length;
       }
-      // A complete response ends at the end of the stream.
       if (this.size !== null && offset < this.size) throw new TypeError("the response was truncated");
-      this.size = offset;
+      // A complete response ends at the end of the stream, unless it is a part of a stream of unknown size.
+      if (this.isLive || !response.headers.get("Content-Range")?.endsWith("*")) this.size = offset;
     } finally {
-      void reader.cancel().catch(() => undefined);
+      void reader?.cancel().catch(() => undefined);
     }
   }
 
   /** Find the offset of a response's body; return null if the stream ends before `requestedOffset`. */
-  #findBodyOffset(response: Response, requestedOffset: number): number | null {
-    const { status, headers } = response;
-    const length = headers.get("Content-Length");
+  #findBodyOffset({ status, headers }: Response, requestedOffset: number): number | null {
     const range = headers.get("Content-Range"); // null also if a server on another origin does not expose it
-    const rangeMatch = /^bytes (?:(\d+)-\d+|\*)\/(\d+)$/.exec(range ?? "");
-    if (status === 416) {
-      if (rangeMatch !== null) this.size = Number(rangeMatch[2]);
-      void response.body?.cancel();
-      return null;
-    }
-    if (status === 206 && (range === null || Number(rangeMatch?.[1]) === requestedOffset)) {
-      this.hasRanges = true;
-      if (rangeMatch !== null) this.size = Number(rangeMatch[2]);
-      else if (length !== null) this.size = requestedOffset + Number(length);
-      return requestedOffset;
-    }
-    if (status === 200) {
-      if (length !== null && !headers.has("Content-Encoding")) this.size = Number(length);
-      return 0;
-    }
-    void response.body?.cancel();
+    const [, begin, total] = /^bytes (?:(\d+)-\d+|\*)\/(\d+|\*)$/.exec(range ?? "") ?? [];
+    const isPart = status === 206;
     if (status >= 500) throw new TypeError(`the server answered ${status}`); // is retried
-    const answer = status === 206 ? "with a range that was not requested" : String(status);
-    throw new NetworkError(`${this.#url}: the server answered ${answer}`);
+    if (isPart ? range !== null && Number(begin) !== requestedOffset : status !== 200 && status !== 416) {
+      this.#fail(`the server answered ${isPart ? "with a range that was not requested" : status}`);
+    }
+    const bodyOffset = status === 200 ? 0 : requestedOffset;
+    const hasLength = status !== 416 && total === undefined && !headers.has("Content-Encoding");
+    const size = hasLength ? bodyOffset + Number(headers.get("Content-Length") ?? NaN) : Number(total); // NaN: unknown
+    if (this.#hasChanged(headers, size)) this.#fail("the file on the server has changed");
+    if (size >= 0) this.size = size;
+    this.hasRanges ||= isPart;
+    return status === 416 ? null : bodyOffset;
+  }
+
+  /**
+   * Whether a response is from another version of the file than the responses before it. A live stream may grow, and
+   * its validators change with its size.
+   */
+  #hasChanged(headers: Headers, size: number): boolean {
+    const knownSize = this.size ?? NaN;
+    if (this.isLive) return size < knownSize;
+    const etag = headers.get("ETag");
+    const validators = [etag?.startsWith("W/") ? null : etag, headers.get("Last-Modified")];
+    const comparable = validators.findIndex((validator, index) => validator && this.#validators[index]);
+    const hasOtherValidator = validators[comparable] !== this.#validators[comparable];
+    this.#validators = validators.map((validator, index) => this.#validators[index] ?? validator);
+    return size < knownSize || size > knownSize || hasOtherValidator;
+  }
+
+  #fail(message: string): never {
+    throw new NetworkError(`${this.#url}: ${message}`);
   }
 }
 
