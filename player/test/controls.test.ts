@@ -75,6 +75,44 @@ browserTest("dragging, the wheel and arrow keys move the view, and the list retu
   }
 });
 
+browserTest("with Shift, drags and arrow keys pan instead of orbiting", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  // The last direction that was sent to the sort worker is the direction of the view.
+  await page.page.evaluate(() => {
+    const { postMessage } = Worker.prototype as { postMessage: (...args: unknown[]) => void };
+    Worker.prototype.postMessage = function (...args: [{ forward?: number[] }]) {
+      if (args[0].forward !== undefined) document.body.dataset["direction"] = String(args[0].forward);
+      postMessage.apply(this, args);
+    };
+    document.body.appendChild(document.createElement("quarc-player")).setAttribute("src", "stream.quarc");
+  });
+  await page.waitUntil((player) => player.frame === 0);
+  const { mouse, keyboard } = page.page;
+  await page.page.locator("quarc-player canvas.view").focus();
+  const readDirection = (): Promise<string | undefined> => page.run(async ({ player }) => {
+    await new Promise((resolve) => setTimeout(resolve, 200)); // for the sort of the new view
+    return player?.camera === null ? document.body.dataset["direction"] : undefined;
+  });
+  const press = (): Promise<void> => keyboard.press("ArrowLeft");
+  const drag = async (): Promise<void> => {
+    await mouse.move(200, 150);
+    await mouse.down();
+    await mouse.move(240, 150);
+    await mouse.up();
+  };
+  for (const moveView of [press, drag]) {
+    await moveView();
+    const direction = await readDirection();
+    assert.ok(direction !== undefined);
+    await keyboard.down("Shift");
+    await moveView();
+    assert.equal(await readDirection(), direction);
+    await keyboard.up("Shift");
+    await moveView();
+    assert.notEqual(await readDirection(), direction);
+  }
+});
+
 browserTest("on a phone, fingers orbit, zoom and scrub", async () => {
   await using page = await PlayerPage.open({ width: 390, height: 700, isTouch: true });
   await page.waitUntil((player) => player.frame === 0);
