@@ -4,7 +4,10 @@ import type { PlayerFault, StreamInfo } from "./protocol.js";
 
 /** The events of a player; `detail` is passed to listeners. */
 export interface PlayerEvents {
-  /** The description of the stream is available; sent again when the index has been read or a live stream has ended. */
+  /**
+   * The description of the stream is available; sent again when the index has been read, and when a later chunk has
+   * changed the cameras or the metadata.
+   */
   info: StreamInfo;
   /** The first frame is partly loaded, and a preview of it is on the screen. */
   preview: null;

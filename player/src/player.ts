@@ -261,7 +261,8 @@ export class Player extends PlayerEventTarget {
   }
 
   #handleInfo(info: StreamInfo): void {
-    if (!this.#isSceneMeasured) this.#viewer.begin(info, this.#requestedCamera);
+    if (this.#isSceneMeasured) this.#viewer.update(info, this.#requestedCamera);
+    else this.#viewer.begin(info, this.#requestedCamera);
     this.dispatch("info", info);
   }
 

@@ -133,7 +133,7 @@ export type StreamSource =
 
 /** A message from the decode worker to the page. */
 export type DecodeReply =
-  /** The description of the stream: sent before the first packet, and again when the index has been read. */
+  /** The description of the stream: sent before the first packet, and again when it has changed. */
   | { readonly kind: "info"; readonly info: StreamInfo; readonly run: number }
   | { readonly kind: "frame"; readonly packet: FramePacket }
   /** Number of bytes received so far. */

@@ -94,6 +94,29 @@ test("playing a stream repeatedly gives the same frames and does not increase me
   assert.ok(measureMiB() < settledMiB + 32, `memory grew from ${settledMiB.toFixed()} MiB to ${measureMiB().toFixed()} MiB`);
 });
 
+test("cameras and metadata after the first frame change the description", async () => {
+  const recorder = new ReplyRecorder();
+  recorder.open("cameras-and-metadata");
+  recorder.decoding.handle({ kind: "more", frames: 9, run: 0 });
+  await recorder.waitUntil(() => recorder.hasReply("end", 0));
+  const listInfos = () =>
+    recorder.replies.flatMap((reply) =>
+      reply.kind === "info" ? [[reply.info.cameras.map(({ name }) => name), Object.keys(reply.info.metadata)]] : [],
+    );
+  const expectedInfos = [
+    [["left", "left"], []],
+    [[], ["title", ""]], // an empty chunk `came` before the second frame
+    [["left"], ["title", ""]], // chunks after the last frame
+  ];
+  assert.deepEqual(listInfos(), expectedInfos);
+  for (const run of [1, 2]) {
+    recorder.decoding.handle({ kind: "seek", frame: run - 1, run });
+    recorder.decoding.handle({ kind: "more", frames: 9, run });
+    await recorder.waitUntil(() => recorder.hasReply("end", run));
+  }
+  assert.deepEqual(listInfos(), expectedInfos, "the description has not changed since then");
+});
+
 test("a seek does not request available bytes", async () => {
   await using server = await StreamServer.start(readVector("streams/journey"));
   const recorder = new ReplyRecorder();

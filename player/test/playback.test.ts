@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import type { StreamError } from "../src/stream-error.js";
-import { readRoom } from "./server.js";
+import { readRoom, readVector } from "./server.js";
 
 /** Draw the current frame from the first camera, as 8-bit values. Runs on the page. */
 async function takePictureBytes(player: PlayerElement): Promise<number[]> {
@@ -125,10 +125,33 @@ browserTest("opening at a frame shows no other frame before it", async () => {
     player.setAttribute("src", "stream.quarc");
     player.setAttribute("frame", "15");
     document.body.append(player);
-    while (frames.length === 0) await new Promise((resolve) => setTimeout(resolve, 20));
-    return { frames, previews: previews.length };
+    while (frames.length === 0 || player.info?.frameCount !== 24) await new Promise((resolve) => setTimeout(resolve, 20));
+    return { frames, previews: previews.length, cameras: player.info.cameras.length, title: player.info.metadata["title"] };
   });
-  assert.deepEqual(shown, { frames: [15], previews: 0 });
+  assert.deepEqual(shown, { frames: [15], previews: 0, cameras: 3, title: "a ball in a room" });
+});
+
+browserTest("cameras after the first frame replace the cameras, and the view if it has not been moved", async () => {
+  for (const isMoved of [false, true]) {
+    await using page = await PlayerPage.open({ stream: readVector("streams/cameras-and-metadata"), attributes: null });
+    const cameras = await page.page.evaluate(async (isMoved) => {
+      const { Player } = await import(`${location.origin}/quarc-player.js`);
+      const player = new Player(document.body.appendChild(document.createElement("canvas")));
+      const states: unknown[] = [];
+      player.addEventListener("info", () => states.push([player.cameras.length, player.camera]));
+      let isFirst = true;
+      player.onDecoded(() => {
+        if (isMoved && isFirst) player.flip();
+        isFirst = false;
+      });
+      await player.open({ url: "stream.quarc" });
+      await player.setFrame(1);
+      while (states.length < 3) await new Promise((resolve) => setTimeout(resolve, 20));
+      return states;
+    }, isMoved);
+    const camera = isMoved ? null : "left";
+    assert.deepEqual(cameras, [[2, "left"], [2, camera], [1, camera]]);
+  }
 });
 
 browserTest("an element that has opened bytes can be moved, and then opens its src", async () => {

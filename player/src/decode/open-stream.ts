@@ -2,7 +2,7 @@
 
 import type { StreamSource } from "../protocol.js";
 import { ChunkWalk } from "./chunk-walk.js";
-import type { Decoder, StreamIndex, QuarcModule } from "./quarc.js";
+import type { Decoder, StreamHead, StreamIndex, QuarcModule } from "./quarc.js";
 import type { Piece } from "./source.js";
 import { makeStreamBytes, type StreamBytes } from "./stream-bytes.js";
 
@@ -18,6 +18,10 @@ export class OpenStream {
   readonly isIndexFirst: boolean;
   /** Ordinal of the first frame; null until it is known. */
   firstFrame: number | null = null;
+  /** Header, and the last cameras and metadata that have been read; null before the first frame or preview. */
+  head: StreamHead | null = null;
+  /** Offset of the chunk after the frame before which `head` changed; earlier chunks do not change it again. */
+  headOffset = 0;
   /** The contents of INDX; null until the index has been read, and for streams without an index. */
   index: StreamIndex | null = null;
   /** Whether the contents of the index have been sent to the page. */

@@ -4,12 +4,14 @@ import type { FramePacket, StreamInfo } from "../protocol.js";
 import type { PostReply } from "./decode-service.js";
 import type { OpenStream } from "./open-stream.js";
 import { Preview, MIN_PREVIEW_SECTIONS } from "./preview.js";
-import type { Decoder, QuarcModule, FrameState, StreamHead } from "./quarc.js";
+import type { Decoder, QuarcModule, FrameState } from "./quarc.js";
 import { SlotTracker } from "./slots.js";
 import type { Piece } from "./source.js";
 import { unlessAborted } from "./stream-bytes.js";
 
 const PREVIEW_INTERVAL_MS = 250;
+const TYPE_OFFSET = 4; // of a chunk
+const ANCILLARY_BIT = 0x20; // of the first letter of a type (SPEC 5.2)
 
 export class Run {
   readonly runNumber: number;
@@ -23,8 +25,8 @@ export class Run {
   #frameCredit = 0;
   #wakeUp = (): void => undefined;
   #previewTime = -Infinity;
-  #head: StreamHead | null = null;
   #hasUpdates = false;
+  #isFirst = false; // whether the decoder reads all chunks from HEAD on
   #postedLiveEdge: number | null = null;
   #decodedOffset = 0; // offset of the chunk after the last posted frame
 
@@ -69,7 +71,8 @@ export class Run {
   }
 
   async #postFrames(decoder: Decoder, quarc: QuarcModule): Promise<void> {
-    let beginOffset = this.#stream.firstFrame === null ? 0 : null; // offset of the frame's first chunk, if known
+    this.#isFirst = this.#stream.firstFrame === null;
+    let beginOffset = this.#isFirst ? 0 : null; // offset of the frame's first chunk, if known
     let decodeMs = 0;
     for (;;) {
       await this.#waitForCredit();
@@ -84,12 +87,14 @@ export class Run {
       }
       if (this.frame === null) this.#readHeader(decoder, result.frame);
       this.#decodedOffset = decoder.offset;
+      this.#updateHead(decoder, beginOffset);
       this.#postFrame(result, beginOffset === null ? null : this.#decodedOffset - beginOffset, decodeMs);
       [beginOffset, decodeMs] = [this.#decodedOffset, 0];
       this.#postLiveEdge();
       void this.#findIndex(quarc);
       await yieldToMessages();
     }
+    this.#updateHead(decoder, beginOffset);
     this.#postEnd();
   }
 
@@ -153,11 +158,33 @@ export class Run {
 
   /** Read the header of the stream at the first frame or preview; post the description if this is the first run. */
   #readHeader(decoder: Decoder, frame: number): void {
-    this.#head = decoder.streamHead;
     this.#hasUpdates = decoder.hasUpdates;
     if (this.#stream.firstFrame !== null) return;
     this.#stream.firstFrame = frame;
-    this.#postInfo(this.#head);
+    this.#stream.head = decoder.streamHead;
+    this.#postInfo();
+  }
+
+  /**
+   * Post the description again if it has been changed by `came` or `meta` chunks before a frame or the end, whose first
+   * chunk is at `beginOffset`. After a seek, the decoder does not know the chunks before the seek point.
+   */
+  #updateHead(decoder: Decoder, beginOffset: number | null): void {
+    const stream = this.#stream;
+    const { head } = stream;
+    const typeLetter = beginOffset === null ? null : stream.bytes.findAvailable(beginOffset + TYPE_OFFSET)?.[0];
+    const isFrame = ((typeLetter ?? ANCILLARY_BIT) & ANCILLARY_BIT) === 0;
+    if (head === null || isFrame || this.#decodedOffset < stream.headOffset) return;
+    const { cameras, metadata } = decoder;
+    const newHead = {
+      ...head,
+      ...((this.#isFirst || cameras.length > 0) && { cameras }),
+      ...((this.#isFirst || Object.keys(metadata).length > 0) && { metadata }),
+    };
+    if (JSON.stringify(newHead) === JSON.stringify(head)) return;
+    stream.head = newHead;
+    stream.headOffset = this.#decodedOffset;
+    this.#postInfo();
   }
 
   /** Look for the index, and post its contents. */
@@ -165,12 +192,12 @@ export class Run {
     if (this.#stream.isIndexPosted) return;
     await this.#stream.findIndex(quarc);
     const { index, isIndexPosted } = this.#stream;
-    if (index === null || this.#head === null || isIndexPosted) return;
-    this.#postInfo(this.#head);
+    if (index !== null && !isIndexPosted) this.#postInfo();
   }
 
-  #postInfo(head: StreamHead): void {
-    const { index, bytes, firstFrame } = this.#stream;
+  #postInfo(): void {
+    const { head, index, bytes, firstFrame } = this.#stream;
+    if (head === null) return;
     const info: StreamInfo = {
       ...head,
       firstFrame: firstFrame ?? 0,
@@ -195,8 +222,9 @@ export class Run {
     }
     this.#previewTime = startTime;
     this.#readHeader(decoder, preview.state.frame);
-    if (this.#head === null) return;
-    const packet = this.#preview.makePacket(preview.state, preview.sections, this.#head);
+    const { head } = this.#stream;
+    if (head === null) return;
+    const packet = this.#preview.makePacket(preview.state, preview.sections, head);
     this.#postPacket({ ...packet, run: this.runNumber, decodeMs: performance.now() - startTime });
   }
 

@@ -60,6 +60,22 @@ export class Viewer {
     if (info.cameras.length > 0) this.lookThrough(Math.max(0, namedIndex));
   }
 
+  /** Use cameras that come after the first frame, unless there are none; a view that has been moved stays. */
+  update(info: StreamInfo, cameraName: string | null): void {
+    const { cameras } = info;
+    this.#info = info;
+    if (cameras.length === 0 || JSON.stringify(cameras) === JSON.stringify(this.#cameras)) return;
+    const selectedName = this.#cameras[this.#cameraIndex]?.name;
+    const [sameIndex = 0, namedIndex = 0] = [selectedName, cameraName].map((requested) =>
+      cameras.findIndex(({ name }) => name === requested),
+    );
+    this.#cameras = cameras;
+    this.#cameraIndex = sameIndex < 0 ? Math.max(0, namedIndex) : sameIndex;
+    this.#showsWholeScene = false;
+    this.#up = findUp(info, this.#axis);
+    if (!this.#isMoved) this.lookThrough(this.#cameraIndex);
+  }
+
   /** Measure the scene in its first packet; if the stream has no cameras, make a camera that sees the scene. */
   measure(packet: FramePacket, info: StreamInfo): void {
     this.#samplePositions = samplePositions(packet, info);
