@@ -1,5 +1,6 @@
 /** Entry point of the player: `<quarc-player>` for pages, `Player` for programs, `readFrames` for other renderers. */
 
+import "./workers.js"; // first: the decoder then begins the file, which compresses it by 1.5 KB more
 import { QuarcPlayer } from "./component/quarc-player.js";
 
 export { DrawingError } from "./draw/programs.js";
