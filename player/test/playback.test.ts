@@ -125,8 +125,10 @@ browserTest("opening at a frame shows no other frame before it", async () => {
     player.setAttribute("src", "stream.quarc");
     player.setAttribute("frame", "15");
     document.body.append(player);
-    while (frames.length === 0 || player.info?.frameCount !== 24) await new Promise((resolve) => setTimeout(resolve, 20));
-    return { frames, previews: previews.length, cameras: player.info.cameras.length, title: player.info.metadata["title"] };
+    const isDone = (): boolean => frames.length > 0 && player.info?.frameCount === 24; // the index has been read
+    while (!isDone()) await new Promise((resolve) => setTimeout(resolve, 20));
+    const { cameras = [], metadata = {} } = player.info ?? {};
+    return { frames, previews: previews.length, cameras: cameras.length, title: metadata["title"] };
   });
   assert.deepEqual(shown, { frames: [15], previews: 0, cameras: 3, title: "a ball in a room" });
 });
@@ -211,7 +213,8 @@ browserTest("pending promises reject when the player is disposed or its element 
     element.step(); // a promise that nobody uses is not an unhandled rejection
     player.dispose();
     element.remove();
-    return Promise.all(promises.map((promise) => promise.catch(({ fault }: StreamError) => [fault.kind, fault.message])));
+    const describe = ({ fault }: StreamError): string[] => [fault.kind, fault.message];
+    return Promise.all(promises.map((promise) => promise.catch(describe)));
   });
   const disposed = ["player", "the player was disposed"];
   assert.deepEqual(messages, [disposed, disposed]);
