@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from quarc_ref.cli.encode_arguments import reject_conflicts
 from quarc_ref.cli.encode_findings import FindingCollector
 from quarc_ref.cli.encoder_options import open_requested_capture, require_device
 from quarc_ref.cli.errors import UsageError
@@ -168,8 +169,14 @@ def choose_pool(
 
     On this machine, the worker processes share the CPU cores evenly. On a cluster, each task gets
     one core, and a GPU if the device is CUDA.
+
+    Raises:
+        UsageError: A number of workers is requested for a cluster, which chooses it itself.
     """
     from quarc_ref.jobs import WorkerPool
+
+    has_useless_workers = is_remote_cluster(ray_address) and requested_workers is not None
+    reject_conflicts(f"--ray {ray_address}", {"--workers": has_useless_workers})
 
     cpu_count = os.cpu_count() or 1
     worker_count = requested_workers or min(segment_count, cpu_count)

@@ -5,7 +5,8 @@ import subprocess
 
 import pytest
 
-from quarc_ref.encoder.settings.presets import PRESETS, choose_preset, list_settings
+from quarc_ref.encoder.settings.presets import PRESETS, choose_preset
+from quarc_ref.encoder.settings.setting_list import describe_settings
 from quarc_ref.export.table import EXPORT_FORMATS
 from tests.cli.processes import COMMAND
 
@@ -43,7 +44,7 @@ def test_verbs_options_presets_and_settings_are_completed(line, completions):
 
 
 def test_every_setting_is_completed():
-    names = [f"{name}=" for name, _ in list_settings(choose_preset("main"))]
+    names = [f"{setting.name}=" for setting in describe_settings(choose_preset("main"))]
 
     assert _complete("quarc-ref encode cap --set ") == names
 

@@ -106,9 +106,6 @@ def encode(
         else:
             logs_given = {"--log-json": bool(log_json), "--tensorboard": bool(tensorboard)}
             reject_conflicts("--segments", {"--live": live, **logs_given})
-        is_remote = is_remote_cluster(ray)
-        if is_remote:  # the cluster decides how many segments are encoded at the same time
-            reject_conflicts(f"--ray {ray}", {"--workers": workers is not None})
         if log_json is not None:
             reject_stream_path(log_json, output)
         require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
@@ -126,10 +123,9 @@ def encode(
             from quarc_ref.datasets.open_capture import CaptureOptions
 
             options = CaptureOptions(downscale, tuple(held_out or ()), start=start)
-            should_check = not no_checks
             job = EncodeJob(
-                capture, options, config, frames, device, progress, findings, should_check, monitor,
-                is_remote,
+                capture, options, config, frames, device, progress, findings, not no_checks,
+                monitor, is_remote_cluster(ray),
             )  # fmt: skip
             write_mode = WriteMode(force, live, resume)
             if segments is not None:
