@@ -241,10 +241,10 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
         message = (
             f"the pictures of {format_names(names)} do not show the initial points at the "
             "pixels that their poses predict. If other cameras are fine, these poses are wrong: "
-            "calibrate again with more matches (calibrate --moments 16), or check that pose, lens "
-            "and picture belong to the same camera. If many cameras are listed, the points "
-            "probably belong to another scene or time. To exclude these cameras from training, "
-            f"use {_hold_out_options(capture, names)}"
+            "calibrate again with more matches (calibrate --moments 16), or check that pose, "
+            "intrinsics and picture belong to the same camera. If many cameras are listed, the "
+            "points probably belong to another scene or time. To exclude these cameras from "
+            f"training, use {_hold_out_options(capture, names)}"
         )
         yield Finding("pose-disagrees", message, names)
 

@@ -71,7 +71,7 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
         message = (
             f"the pose of {name} is off by {errors[worst_camera]:.1f} pixels according to feature "
             f"matches with its neighbors (at most {limits[worst_camera]:.1f} pixels are expected): "
-            "calibrate the camera again, or check that its lens and picture belong together"
+            "calibrate the camera again, or check that its intrinsics and picture match"
         )
         yield Finding("epipolar-error", message, (name,))
         pairs = [pair for pair in pairs if worst_camera not in (pair.first, pair.second)]
