@@ -46,18 +46,18 @@ class StepSettings(Validated):
     )
 
 
-# Header fields that the encoder sets, and what determines them.
-FIXED_HEADER_FIELDS = {
-    "level": "the number of Gaussians",
-    "timescale": "the frame rate of the capture",
-    "frame_ticks": "the frame rate of the capture",
-    "seed": "the setting seed",
-    "snapshots": "canonical.snapshot_interval",
+# Settings that cannot be changed, because the encoder sets them, and what determines them.
+FIXED_SETTINGS = {
+    "stream.level": "the number of Gaussians",
+    "stream.timescale": "the frame rate of the capture",
+    "stream.frame_ticks": "the frame rate of the capture",
+    "stream.seed": "the setting seed",
+    "stream.snapshots": "canonical.snapshot_interval",
 }
-# Header fields that have no effect unless these settings are 0.
-_REPLACED_HEADER_FIELDS = {
-    "position_step": ("position_pixels",),
-    "translation_step": ("translation_change", "translation_error"),
+# Settings that have no effect unless these fields of `StepSettings` are 0.
+_REPLACED_SETTINGS = {
+    "stream.position_step": ("position_pixels",),
+    "stream.translation_step": ("translation_change", "translation_error"),
 }
 
 
@@ -66,7 +66,7 @@ class EncoderConfig(Validated):
     """All settings of an encode.
 
     Attributes:
-        stream: Header fields. The encoder replaces those in `FIXED_HEADER_FIELDS`, and steps that
+        stream: Header fields. The encoder replaces those in `FIXED_SETTINGS`, and steps that
             `steps` sets.
         steps: Quantization steps relative to the capture's resolution.
         canonical: Settings of canonical frames.
@@ -102,9 +102,9 @@ class EncoderConfig(Validated):
     )
 
 
-def find_replacement(config: EncoderConfig, header_field: str) -> str | None:
-    """Return the setting that replaces a field of `config.stream`; None if the field is used."""
-    for name in _REPLACED_HEADER_FIELDS.get(header_field, ()):
+def find_replacement(config: EncoderConfig, path: str) -> str | None:
+    """Return the name of the setting that replaces another one; None if that one has an effect."""
+    for name in _REPLACED_SETTINGS.get(path, ()):
         if getattr(config.steps, name):
             return f"steps.{name}"
     return None

@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import (
-    FIXED_HEADER_FIELDS,
+    FIXED_SETTINGS,
     EncoderConfig,
     StepSettings,
     find_replacement,
@@ -151,9 +151,8 @@ def change_setting(config: EncoderConfig, path: str, text: str) -> EncoderConfig
     if path in RENAMED:
         message = f"setting {path!r} is now {RENAMED[path]!r}"
         raise SettingError(message)
-    header_field = path.removeprefix("stream.")
-    if path.startswith("stream.") and header_field in FIXED_HEADER_FIELDS:
-        message = f"{path} cannot be set: {FIXED_HEADER_FIELDS[header_field]} determines it"
+    if path in FIXED_SETTINGS:
+        message = f"{path} cannot be set: {FIXED_SETTINGS[path]} determines it"
         raise SettingError(message)
     names = dict(list_settings(config))
     if path not in names:
@@ -184,8 +183,8 @@ def change_settings(config: EncoderConfig, changes: Iterable[tuple[str, str]]) -
         config = change_setting(config, path, text)
         paths.append(path)
     for path in paths:
-        replacement = find_replacement(config, path.removeprefix("stream."))
-        if path.startswith("stream.") and replacement:
+        replacement = find_replacement(config, path)
+        if replacement:
             message = f"{path} has no effect, because {replacement} is not 0: set {replacement}"
             raise SettingError(message)
     return config

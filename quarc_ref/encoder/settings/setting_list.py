@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from functools import reduce
 from typing import Any, get_type_hints
 
-from quarc_ref.encoder.settings.config import FIXED_HEADER_FIELDS, EncoderConfig
+from quarc_ref.encoder.settings.config import FIXED_SETTINGS, EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.settings.ranges import describe_values
 from quarc_ref.format.described import describe_field
@@ -31,9 +31,9 @@ class DescribedSetting:
 def describe_settings(config: EncoderConfig) -> Iterator[DescribedSetting]:
     """Yield a description of every setting that can be changed, in the order of the fields."""
     for path, value in list_settings(config):
-        *groups, name = path.split(".")
-        if groups == ["stream"] and name in FIXED_HEADER_FIELDS:
+        if path in FIXED_SETTINGS:
             continue
+        *groups, name = path.split(".")
         settings_type = type(reduce(getattr, groups, config))
         values = describe_values(get_type_hints(settings_type, include_extras=True)[name])
         descriptions = {field.name: describe_field(field) for field in fields(settings_type)}

@@ -47,10 +47,11 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
 
 
 def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attributes:
-    """Return the Gaussians whose positions a canonical frame can represent (SPEC 5.4, 7.3).
+    """Return the Gaussians whose positions a canonical frame can represent (SPEC 5.4).
 
-    The lattice limits positions. Besides, all Gaussians must be within 2^20 position steps along
-    each axis; the box around their median is kept. Usually, only a few outliers are dropped.
+    The lattice limits positions. In addition, the Gaussians of a frame must fit into a box of 2^20
+    position steps along each axis; those in the box around their median are kept. Usually, only a
+    few outliers are dropped.
 
     Raises:
         EncodeError: No Gaussian remains.

@@ -2,7 +2,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from quarc_ref.encoder.settings.config import FIXED_HEADER_FIELDS
+from quarc_ref.encoder.settings.config import FIXED_SETTINGS
 from quarc_ref.encoder.settings.presets import PRESETS, change_setting, list_settings
 from quarc_ref.encoder.settings.setting_list import describe_settings
 
@@ -16,8 +16,7 @@ class _SettingsWithoutDescriptions:
 def test_every_setting_is_listed_with_its_meaning(config):
     described = list(describe_settings(config))
 
-    fixed_names = {f"stream.{name}" for name in FIXED_HEADER_FIELDS}
-    names = [name for name, _ in list_settings(config) if name not in fixed_names]
+    names = [name for name, _ in list_settings(config) if name not in FIXED_SETTINGS]
     assert [setting.name for setting in described] == names
     assert [setting.name for setting in described if not setting.description] == []
     assert [setting.name for setting in described if not setting.values] == []
