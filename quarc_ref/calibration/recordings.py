@@ -1,14 +1,15 @@
 """Finds the recordings in a folder: one video or one folder of pictures per camera."""
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
 from quarc_ref.datasets.arrangements import (
-    ARRANGEMENTS,
     Files,
+    list_arrangements,
     list_single_pictures,
     open_pictures,
 )
@@ -56,10 +57,10 @@ def find_recordings(folder: Path) -> Recordings:
         CalibrationError: Fewer than three cameras are found, or two would get the same name.
         CaptureError: A file cannot be read, or the recordings are inconsistent.
     """
-    list_functions: list[Callable[[Path], Files]] = [list_files for _, list_files in ARRANGEMENTS]
+    arrangements = (listed_files for _, listed_files in list_arrangements(folder))
     files: Files = {}
-    for list_files in (*list_functions, list_single_pictures):
-        files = max(files, list_files(folder), key=len)
+    for listed_files in chain(arrangements, [list_single_pictures(folder)]):
+        files = max(files, listed_files, key=len)
         if len(files) >= MIN_CAMERAS:
             break
     if len(files) < MIN_CAMERAS:

@@ -1,5 +1,6 @@
 """Options of `calibrate`: masks, known lenses, separate lenses, pictures."""
 
+import shutil
 from dataclasses import replace
 
 import cv2
@@ -31,6 +32,15 @@ def picture_folder(traced_rig, tmp_path_factory):
         picture = recordings.pictures.read(index, 0)
         assert cv2.imwrite(str(folder / name / "0000.png"), picture[..., ::-1])
     return folder
+
+
+def test_a_folder_of_single_frames_beside_recordings_does_not_matter(picture_folder, tmp_path):
+    folder = shutil.copytree(picture_folder, tmp_path / "copy")
+    for frame in ("0000", "0030", "0100"):
+        (folder / "frames" / frame).mkdir(parents=True)
+        (folder / "frames" / frame / "preview.png").touch()
+
+    assert find_recordings(folder).names == find_recordings(picture_folder).names
 
 
 @pytest.fixture(scope="module")
