@@ -155,8 +155,7 @@ class StreamDecoder:
             message = f"frame {snapshot.frame} is coded against frame {snapshot.canonical}, "
             message += f"but the last CANO is frame {self.reference.frame}"
             raise FrameOrderError(message)
-        gaussians = self.reference.gaussians
-        decoded = self._engine.decode_snapshot(self.header, snapshot, gaussians)
+        decoded = self._engine.decode_snapshot(self.header, snapshot, self.reference.gaussians)
         state, self.canonical_indices = decoded
         return state
 
