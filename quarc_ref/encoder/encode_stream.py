@@ -158,7 +158,7 @@ class _Encoding:
         state = self._loop.commit_canonical(gaussians, frame=0)
         self._report_frame(container.CANO, 0, 0)
         self._prepare_inter_frames(state)
-        for finding in check_first_frame(self._context, state):
+        for finding in check_first_frame(self._context, state, attributes.opacities.numel()):
             self._report(finding)
 
     def resume_from(self, sink: BinaryIO, partial_stream: PartialStream) -> None:

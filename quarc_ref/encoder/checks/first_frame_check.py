@@ -1,4 +1,4 @@
-"""Checks whether decoded frame 0 reproduces the training views well enough.
+"""Checks whether frame 0 has most of its trained Gaussians, and reproduces the training views.
 
 Training optimizes the training views, so a scene that looks bad in them looks bad in all views.
 The PSNR of each view is compared with the PSNR of its coarse picture, in which squares of 1/20
@@ -24,6 +24,7 @@ _SQUARES_ACROSS = 20
 _MIN_SQUARE_SIDE = 4
 _MIN_SQUARED_ERROR = 1e-10
 _MAX_DETAIL_DEFICIT = 8.0  # dB
+_MAX_DROPPED_SHARE = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,10 +47,19 @@ class ViewQuality:
         return self.psnr - self.coarse_psnr
 
 
-def check_first_frame(context: TrainingContext, state: FrameState) -> Iterator[Finding]:
-    """Yield findings about the quality of decoded frame 0 in the training views."""
+def check_first_frame(
+    context: TrainingContext, state: FrameState, trained_count: int
+) -> Iterator[Finding]:
+    """Yield findings about decoded frame 0: dropped Gaussians, and quality in the training views.
+
+    Args:
+        context: Training views and renderer.
+        state: Decoded frame 0.
+        trained_count: Number of Gaussians before those too far away were dropped.
+    """
+    yield from judge_dropped(trained_count, state.scene.count)
     names = [camera.name for camera in context.views.cameras]
-    return judge_views(measure_views(names, render_views(context, state)))
+    yield from judge_views(measure_views(names, render_views(context, state)))
 
 
 def measure_views(
@@ -69,6 +79,18 @@ def measure_views(
         )
         for name, (image, picture) in zip(names, pairs, strict=True)
     ]
+
+
+def judge_dropped(trained_count: int, coded_count: int) -> Iterator[Finding]:
+    """Yield a finding if more Gaussians were dropped than a few outliers."""
+    dropped_count = trained_count - coded_count
+    if dropped_count > _MAX_DROPPED_SHARE * trained_count:
+        message = (
+            f"{dropped_count:,} of {trained_count:,} Gaussians of the first frame are dropped, "
+            "because they are too far from the others for the position step: remove distant "
+            "initial points, or increase steps.position_pixels"
+        )
+        yield Finding("gaussians-dropped", message)
 
 
 def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:

@@ -5,7 +5,12 @@ import pytest
 import torch
 
 from quarc_ref.encoder import EncodeOptions, encode, encode_options, encode_stream
-from quarc_ref.encoder.checks.first_frame_check import ViewQuality, judge_views, measure_views
+from quarc_ref.encoder.checks.first_frame_check import (
+    ViewQuality,
+    judge_dropped,
+    judge_views,
+    measure_views,
+)
 from tests.encoder.toys import SMALL, make_capture
 
 
@@ -68,6 +73,22 @@ def test_squares_do_not_reveal_stripes():
     (view,) = measure_views(["a"], [(torch.zeros_like(picture), picture)])
 
     assert view.coarse_psnr == pytest.approx(-10 * math.log10(0.25), abs=1e-3)
+
+
+@pytest.mark.parametrize(("coded_count", "is_reported"), [(1000, False), (990, False), (980, True)])
+def test_dropped_gaussians_are_reported_if_they_are_more_than_outliers(coded_count, is_reported):
+    messages = [finding.message for finding in judge_dropped(1000, coded_count)]
+
+    assert ["20 of 1,000 Gaussians" in message for message in messages] == [True] * is_reported
+
+
+def test_an_encode_reports_the_gaussians_that_it_drops(tmp_path, monkeypatch):
+    def keep_half(attributes, _):
+        return attributes.rows(torch.arange(attributes.opacities.numel() // 2))
+
+    monkeypatch.setattr(encode_stream, "drop_unrepresentable", keep_half)
+
+    assert "gaussians-dropped" in [finding.kind for finding in _encode(make_capture(), tmp_path)]
 
 
 def _encode(capture, tmp_path, **changes):
