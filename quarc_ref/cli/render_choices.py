@@ -63,9 +63,14 @@ def require_pixel_limit(camera: "Camera", max_pixels: int) -> None:
 
 
 def choose_video_format(
-    outline: "Outline", camera: "Camera", pixel_format: str, container: Literal["mp4", "webm"]
+    outline: "Outline",
+    camera: "Camera",
+    pixel_format: str | None,
+    container: Literal["mp4", "webm"],
 ) -> "VideoFormat":
     """Choose the video format for a camera's pictures, at the stream's frame rate.
+
+    Without a pixel format, yuv420p is chosen if the picture size allows it.
 
     Raises:
         UsageError: The pixel format does not support the picture size, or FFmpeg cannot represent
@@ -73,7 +78,9 @@ def choose_video_format(
     """
     from quarc_ref.datasets.video_writer import VideoFormat
 
-    if pixel_format == "yuv420p" and (camera.width % 2 or camera.height % 2):
+    is_even = camera.width % 2 == 0 and camera.height % 2 == 0
+    pixel_format = pixel_format or ("yuv420p" if is_even else "yuv444p")
+    if pixel_format == "yuv420p" and not is_even:
         message = (
             f"pictures of {camera.width} x {camera.height} cannot be yuv420p, which needs an even "
             "width and height: choose another --width, or --pixels yuv444p"

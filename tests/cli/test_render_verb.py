@@ -1,3 +1,4 @@
+import av
 import numpy as np
 import pytest
 
@@ -64,6 +65,16 @@ def test_the_kind_of_output_can_be_given(stream_file, tmp_path):
     run_json("render", stream_file, "-o", tmp_path / "film", "--to", "mp4", "--pixels", "yuv420p")
 
     assert VideoReader(tmp_path / "film").frame_count == 4
+
+
+@pytest.mark.parametrize(("width", "pixel_format"), [(32, "yuv420p"), (33, "yuv444p")])
+def test_colors_are_at_half_resolution_if_the_size_allows_it(
+    width, pixel_format, stream_file, tmp_path
+):
+    run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", width)
+
+    with av.open(tmp_path / "o.mp4") as container:
+        assert container.streams.video[0].pix_fmt == pixel_format
 
 
 @pytest.mark.parametrize("name", ["film.avi", "v.mov", "out.v1"])

@@ -102,9 +102,9 @@ def render(
         Literal["yuv444p", "yuv420p"] | None,
         typer.Option(
             "--pixels",
-            help="Pixel format of a video: yuv420p halves the color resolution, and more players "
-            "support it.",
-            show_default="yuv444p",
+            help="Pixel format of a video: yuv444p keeps the color resolution, but browsers and "
+            "many players do not support it.",
+            show_default="yuv420p; yuv444p if width or height is odd",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -138,9 +138,7 @@ def render(
             if depth:
                 result = write_depths(zip(plan, rendered, strict=True), output, kind, force=force)
             elif kind == "mp4" or kind == "webm":
-                video_format = choose_video_format(
-                    outline, render_camera, pixel_format or "yuv444p", kind
-                )
+                video_format = choose_video_format(outline, render_camera, pixel_format, kind)
                 result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
                 numbers = (item.frame for item in plan) if path is None else range(len(plan))
