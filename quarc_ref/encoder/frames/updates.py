@@ -11,7 +11,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.frames.differentiable import mean_log_norm, round_masked
+from quarc_ref.encoder.frames.differentiable import round_masked
 from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.settings.frames import UpdateSettings
@@ -78,8 +78,14 @@ class TrainedUpdates:
         return add_residuals(attributes, self._quantized(), self._header)
 
     def penalty(self) -> Tensor:
-        """Return the weighted rate estimate of the unrounded updates: the mean of ln(1 + norm)."""
-        rate = mean_log_norm(self.leaf * self._is_selected[:, None])
+        """Return the weighted rate estimate of the unrounded updates.
+
+        The rate is the mean over Gaussians of the sum of ln(1 + magnitude) over their residuals.
+        Its gradient at 0 makes each residual 0 that does not reduce the loss enough, also in
+        updates whose other residuals are large.
+        """
+        residuals = self.leaf * self._is_selected[:, None]
+        rate = residuals.abs().log1p().sum(dim=1).mean()
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
     def select(

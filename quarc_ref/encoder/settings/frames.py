@@ -170,19 +170,19 @@ class UpdateSettings(Validated):
     """Updates of individual Gaussians, in streams that allow them (SPEC 7.8; not in the paper)."""
 
     lr: NonNegativeFloat = described(
-        0.12, "Learning rate of the residuals of updates, in quantization steps; 0: no updates."
+        0.16, "Learning rate of the residuals of updates, in quantization steps; 0: no updates."
     )
     rd_lambda: NonNegativeFloat = described(
-        0.21,
+        0.084,
         "Rate-distortion weight of updates, relative to the loss of decoded frame 0. The rate of "
-        "updates is estimated as the mean over all Gaussians of ln(1 + norm of the Gaussian's "
-        "residuals in steps). 0: the loss has no rate term.",
+        "updates is estimated as the mean over all Gaussians of the sum of ln(1 + magnitude in "
+        "steps) over their residuals. 0: the loss has no rate term.",
     )
     select_at: UnitInterval = described(
         0.5, "Fraction of the motion iterations after which the Gaussians to update are selected."
     )
     min_gain: NonNegativeFloat = described(
-        0.525,
+        0.3,
         "Gain above which an update is selected. The gain is the decrease of the mean loss of the "
         "training views, multiplied by the number of Gaussians and divided by the loss of decoded "
         "frame 0. 0: any decrease is sufficient.",

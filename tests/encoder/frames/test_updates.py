@@ -23,7 +23,7 @@ from tests.encoder.toys import SMALL, make_context, make_splats
 _CPU = torch.device("cpu")
 _HEADER = StreamHeader(gaussians_per_anchor=4, updates=True)
 _MOTION = replace(SMALL.motion, iterations=40)
-_UPDATES = UpdateSettings(lr=0.5, rd_lambda=0.002, min_gain=0.0)
+_UPDATES = UpdateSettings(lr=0.5, rd_lambda=0.0005, min_gain=0.0)
 
 
 def _make_state(header: StreamHeader = _HEADER) -> State:
@@ -128,6 +128,16 @@ def test_a_higher_lambda_gives_fewer_updates():
     ]
 
     assert counts[0] > counts[1] > counts[2]
+
+
+def test_a_small_residual_is_penalized_beside_a_large_one():
+    trained = TrainedUpdates(3, _HEADER, _UPDATES, _CPU)
+    with torch.no_grad():
+        trained.leaf[1, :2] = torch.tensor([0.2, 20.0])
+    trained.penalty().backward()
+
+    assert trained.leaf.grad[1, 0] > 10 * trained.leaf.grad[1, 1] > 0
+    assert not trained.leaf.grad[1, 2:].any()
 
 
 @pytest.mark.parametrize("select_at", [0.5, 1.0])
