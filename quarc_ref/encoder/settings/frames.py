@@ -182,7 +182,7 @@ class UpdateSettings(Validated):
         0.5, "Fraction of the motion iterations after which the Gaussians to update are selected."
     )
     min_gain: NonNegativeFloat = described(
-        0.3,
+        0.35,
         "Gain above which an update is selected. The gain is the decrease of the mean loss of the "
         "training views, multiplied by the number of Gaussians and divided by the loss of decoded "
         "frame 0. 0: any decrease is sufficient.",
