@@ -73,9 +73,9 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "snapshots are coded relative to the previous frame instead of the CANO",
         _STREAM_FILE,
-        "        gaussians = self.reference.gaussians\n",
-        "        from quarc_ref.encoder.requantize import requantize\n"
-        "        gaussians = requantize(self._state.scene)\n",
+        "snapshot, self.reference.gaussians)",
+        "snapshot, __import__('quarc_ref.encoder.requantize', fromlist=['_'])"
+        ".requantize(self._state.scene))",
     ),
     make_mutant(
         "seeking to a snapshot decodes the first CANO of the stream",
