@@ -73,9 +73,11 @@ MUTANTS: tuple[Mutant, ...] = (
     make_mutant(
         "snapshots are coded relative to the previous frame instead of the CANO",
         _STREAM_FILE,
-        "snapshot, self.reference.gaussians)",
-        "snapshot, __import__('quarc_ref.encoder.requantize', fromlist=['_'])"
-        ".requantize(self._state.scene))",
+        "        decoded = self._engine.decode_snapshot("
+        "self.header, snapshot, self.reference.gaussians)",
+        "        from quarc_ref.encoder.requantize import requantize\n"
+        "        gaussians = requantize(self._state.scene)\n"
+        "        decoded = self._engine.decode_snapshot(self.header, snapshot, gaussians)",
     ),
     make_mutant(
         "seeking to a snapshot decodes the first CANO of the stream",
