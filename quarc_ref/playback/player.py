@@ -24,8 +24,9 @@ class Player:
         stream: The stream, as bytes or as a source. A source must not be closed before the player.
         threads: 1 to decode frames on demand; 2 or more to decode in advance, with an
             engine that may use this number of threads.
-        prefetch: Maximum number of buffered frames, at least 1. A buffered frame takes
-            about 200 bytes per Gaussian.
+        prefetch: Maximum number of frames that are converted to floats in advance, including
+            the one that is being converted; at least 1. A frame takes about 150 bytes per
+            Gaussian.
         follow: How to wait for a growing stream; None to stop at the stream's current end.
 
     Attributes:

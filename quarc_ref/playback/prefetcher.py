@@ -4,12 +4,11 @@ import weakref
 from collections.abc import Callable, Generator
 from contextlib import closing, suppress
 from contextvars import copy_context
-from queue import Empty, Full, Queue
-from threading import Event, Thread
+from queue import Empty, SimpleQueue
+from threading import Event, Semaphore, Thread
 from typing import Generic, TypeVar
 
 _Item = TypeVar("_Item")
-_POLL_SECONDS = 0.1
 
 
 class Prefetcher(Generic[_Item]):
@@ -21,7 +20,7 @@ class Prefetcher(Generic[_Item]):
     Args:
         make_iterator: Function that makes the iterator; the thread calls it, then runs the
             iterator.
-        max_items: Maximum number of buffered items.
+        max_items: Maximum number of items in advance, including the one that is being made.
         closed: Event that `close` sets to make the iterator stop waiting; None if the iterator
             does not wait.
     """
@@ -47,7 +46,7 @@ class Prefetcher(Generic[_Item]):
             raise StopIteration
         if self._thread.ident is None:
             self._thread.start()
-        item, error = self._worker.queue.get()
+        item, error = self._worker.take()
         if item is not None:
             return item
         self._is_finished = True
@@ -58,60 +57,58 @@ class Prefetcher(Generic[_Item]):
     def close(self) -> None:
         """End the thread and wait for it."""
         self._worker.end()
-        while self._thread.is_alive():
-            self._worker.drain()
-            self._thread.join(_POLL_SECONDS)
-        self._worker.drain()
-        self._worker.wake()
+        if self._thread.ident is not None:
+            self._thread.join()
+        self._worker.discard_items()
 
 
 class _Worker(Generic[_Item]):
-    """Fills the buffer of a `Prefetcher` from a thread; holds the data that both threads use."""
+    """Makes the items of a `Prefetcher` in a thread; holds the data that both threads use."""
 
     def __init__(
         self, make_iterator: Callable[[], Generator[_Item]], max_items: int, closed: Event
     ) -> None:
         self._make_iterator = make_iterator
-        self.queue: Queue[tuple[_Item | None, BaseException | None]] = Queue(max_items)
+        self._items: SimpleQueue[tuple[_Item | None, BaseException | None]] = SimpleQueue()
+        self._room = Semaphore(max_items)
         self.closed = closed
 
     def run(self) -> None:
-        """Put all items into the buffer, then a marker of the iterator's end, or its exception."""
+        """Make all items, then a marker of the iterator's end, or the exception that ended it."""
         error = None
         try:
-            self._produce_all()
+            self._make_all()
         except BaseException as raised:
             error = raised
-        if not self._put(None, error):
-            self.wake()
+        self._items.put((None, error))
+
+    def take(self) -> tuple[_Item | None, BaseException | None]:
+        """Wait for the next item, or for the marker; the thread may then make another item."""
+        taken = self._items.get()
+        self._room.release()
+        return taken
 
     def end(self) -> None:
-        """Stop producing items."""
+        """Make no further items."""
         self.closed.set()
+        self._room.release()  # wakes the thread if it waits
 
-    def wake(self) -> None:
-        """Wake a consumer that waits for an item."""
-        with suppress(Full):  # the consumer is not blocked
-            self.queue.put_nowait((None, None))
-
-    def drain(self) -> None:
-        """Discard the buffered items."""
+    def discard_items(self) -> None:
+        """Discard the items that were not taken, and wake a thread that waits for one."""
         with suppress(Empty):
             while True:
-                self.queue.get_nowait()
+                self._items.get_nowait()
+        self._items.put((None, None))
 
-    def _produce_all(self) -> None:
+    def _make_all(self) -> None:
         with closing(self._make_iterator()) as items:
-            for item in items:
-                if not self._put(item, None):
+            while True:
+                self._room.acquire()
+                if self.closed.is_set():
                     return
-
-    def _put(self, item: _Item | None, error: BaseException | None) -> bool:
-        """Add an item when the buffer has space; return False if the prefetcher is closed."""
-        while not self.closed.is_set():
-            try:
-                self.queue.put((item, error), timeout=_POLL_SECONDS)
-            except Full:
-                continue
-            return not self.closed.is_set()
-        return False
+                try:
+                    item = next(items)
+                except StopIteration:
+                    return
+                self._items.put((item, None))
+                del item  # it belongs to whoever takes it

@@ -33,22 +33,22 @@ def test_an_error_is_raised_after_all_items_before_it():
         next(prefetcher)
 
 
-def test_no_more_items_are_made_than_the_queue_holds():
-    made_items, is_fifth_made = [], threading.Event()
+def test_no_more_items_are_made_than_requested():
+    made_items, is_fourth_made, is_fifth_made = [], threading.Event(), threading.Event()
 
     def make():
         for number in count():
             made_items.append(number)
-            if number == 4:
-                is_fifth_made.set()
+            {3: is_fourth_made, 4: is_fifth_made}.get(number, threading.Event()).set()
             yield number
 
     prefetcher = Prefetcher(make, 3)
     next(prefetcher)
-    assert is_fifth_made.wait(10)  # 0 was taken, 1 to 3 are buffered, 4 waits for space
+    assert is_fourth_made.wait(10)  # 0 was taken, 1 to 3 are in advance
+    assert not is_fifth_made.wait(0.2)
     prefetcher.close()
 
-    assert len(made_items) == 5
+    assert made_items == [0, 1, 2, 3]
 
 
 def test_closing_ends_the_iterator():
