@@ -32,8 +32,7 @@ def main() -> int:
     arguments = _parse_arguments()
     if arguments.only is not None:
         return _judge_one(arguments)
-    kind = "structured" if arguments.structured else "series"
-    folder: Path = arguments.out / f"{kind}_{arguments.series}"
+    folder: Path = arguments.out / f"{_name_kind(arguments)}_{arguments.series}"
     (folder / "failures").mkdir(parents=True, exist_ok=True)
     saved_blocks = read_blocks(folder / "blocks.jsonl")
     blocks = _list_blocks(arguments.streams)
@@ -57,9 +56,14 @@ def _parse_arguments() -> argparse.Namespace:
     add("--streams", type=int, default=10_000, metavar="N", help="number of mutants")
     add("--processes", type=int, default=1, metavar="P", help="number of worker processes")
     add(
-        *("--structured",),
+        "--structured",
         action="store_true",
         help="judge streams with hostile values and correct CRCs, decoded by both engines",
+    )
+    add(
+        "--both-engines",
+        action="store_true",
+        help="decode every mutant with both engines, and compare their frames and rejections",
     )
     add("--series", type=int, default=0, metavar="S", help="seed of the series of mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
@@ -78,6 +82,12 @@ def _parse_arguments() -> argparse.Namespace:
     )
     add("--json", action="store_true", help="print JSON")
     return parser.parse_args()
+
+
+def _name_kind(arguments: argparse.Namespace) -> str:
+    if arguments.structured:
+        return "structured"
+    return "both_engines" if arguments.both_engines else "series"
 
 
 def _list_blocks(streams: int) -> list[_Block]:
@@ -117,11 +127,15 @@ def _get_tally(future: "Future[Tally]", failures: Path) -> Tally:
 
 def _prepare_process(arguments: argparse.Namespace) -> None:
     streams = _read_seeds(arguments.seeds)
-    if arguments.structured:
-        maker = StructuredMaker(arguments.series)
-        _process_series.append(Series(maker, lambda _number: judge.BOTH_ENGINES_MODE))
-    else:
-        _process_series.append(Series(Mutator(streams, arguments.series)))
+    maker = (
+        StructuredMaker(arguments.series)
+        if arguments.structured
+        else Mutator(streams, arguments.series)
+    )
+    series = Series(maker)
+    if arguments.structured or arguments.both_engines:
+        series = Series(maker, lambda _number: judge.BOTH_ENGINES_MODE)
+    _process_series.append(series)
     judge.prepare(streams.values())
 
 

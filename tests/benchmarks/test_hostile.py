@@ -42,6 +42,14 @@ def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(
     assert 0 < first_report["peak_rss_mib"] < judge.MAX_MEBIBYTES
 
 
+@needs_fast
+def test_every_mutant_can_be_decoded_by_both_engines(tmp_path):
+    report = _run_fuzzer(tmp_path, "--both-engines", "--streams", 60)
+
+    assert report["modes"] == {judge.BOTH_ENGINES_MODE: 60}
+    assert report["escapes"] == report["hangs"] == 0
+
+
 @pytest.fixture
 def decode_modes(monkeypatch):
     """A copy of the table of decode functions, in which a test may replace an entry."""
