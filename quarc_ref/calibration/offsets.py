@@ -154,7 +154,7 @@ def _read_sounds(recordings: Recordings, report_progress: StepCallback) -> list[
 
 
 def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> list[Shift]:
-    loudness_rate = recordings.pictures.frames_per_second * _LOUDNESS_SAMPLES_PER_FRAME
+    loudness_rate = recordings.frames_per_second * _LOUDNESS_SAMPLES_PER_FRAME
     signals = [
         measure_loudness(sound, float(VideoReader(path).frame_times[0]), loudness_rate)
         for sound, (path, *_) in zip(sounds, recordings.pictures.paths, strict=True)

@@ -27,10 +27,17 @@ class Recordings:
     Attributes:
         names: Camera names in natural order, made of letters, digits, `_` and `-`.
         pictures: Pictures of the cameras, in the order of `names`.
+        stated_frame_rate: Frame rate that the caller states; None for that of `pictures`.
     """
 
     names: tuple[str, ...]
     pictures: Pictures
+    stated_frame_rate: float | None = None
+
+    @property
+    def frames_per_second(self) -> float:
+        """Frame rate of all cameras."""
+        return self.stated_frame_rate or self.pictures.frames_per_second
 
     def index(self, name: str) -> int:
         """Return the index of a camera.
@@ -44,7 +51,7 @@ class Recordings:
         return self.names.index(name)
 
 
-def find_recordings(folder: Path) -> Recordings:
+def find_recordings(folder: Path, frames_per_second: float | None = None) -> Recordings:
     """Find the recordings in a folder.
 
     Recordings are videos, folders of pictures, or pictures of a single moment, in any
@@ -52,6 +59,8 @@ def find_recordings(folder: Path) -> Recordings:
 
     Args:
         folder: Folder of the recordings; it needs no poses or other files.
+        frames_per_second: Frame rate of all cameras; None for that of the videos, or 30 if the
+            recordings are pictures.
 
     Raises:
         CalibrationError: Fewer than three cameras are found, or two would get the same name.
@@ -70,7 +79,8 @@ def find_recordings(folder: Path) -> Recordings:
         )
         raise CalibrationError(message)
     names = sorted(files, key=natural_order)
-    return Recordings(_sanitize_names(names), open_pictures([files[name] for name in names]))
+    pictures = open_pictures([files[name] for name in names])
+    return Recordings(_sanitize_names(names), pictures, frames_per_second)
 
 
 def _sanitize_names(names: Sequence[str]) -> tuple[str, ...]:

@@ -42,7 +42,7 @@ def write_capture(calibration: Calibration, folder: OutputFolder) -> None:
         for camera in calibration.world.cameras
         for entry in _add_recording(camera, calibration, folder)
     ]
-    frame_rate = calibration.recordings.pictures.frames_per_second
+    frame_rate = calibration.recordings.frames_per_second
     document = {"fps": frame_rate, "ply_file_path": _POINTS_NAME, "frames": entries}
     folder.write("transforms.json", json.dumps(document, indent=1, allow_nan=False).encode())
     write_points_ply(folder.register(_POINTS_NAME), calibration.points)

@@ -60,6 +60,15 @@ def test_the_written_capture_opens_with_the_same_cameras(rig, tmp_path):
     assert (notes.up, notes.meters_per_unit) == ((0, -1, 0), 1)
 
 
+def test_the_capture_has_the_frame_rate_that_the_caller_states(rig, tmp_path):
+    recordings = replace(rig.recordings, stated_frame_rate=25.0)
+    with written_folder(tmp_path / "capture") as folder:
+        write_capture(replace(rig, recordings=recordings), folder)
+
+    assert rig.recordings.frames_per_second == 30
+    assert open_capture(tmp_path / "capture").frames_per_second == 25
+
+
 def test_recordings_are_not_copied_into_the_capture(rig, traced_rig, tmp_path):
     with written_folder(tmp_path / "capture") as folder:
         write_capture(rig, folder)

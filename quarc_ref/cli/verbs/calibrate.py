@@ -102,6 +102,16 @@ def calibrate(
             "not at all (none). auto uses sound if all videos have sound, otherwise motion.",
         ),
     ] = "auto",
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1e-3,
+            max=1e3,
+            help="Frames per second of all cameras.",
+            show_default="from the videos; 30 for pictures",
+        ),
+    ] = None,
     up: Annotated[
         str,
         typer.Option(
@@ -145,7 +155,7 @@ def calibrate(
             TerminalProgress(quiet=quiet) as progress,
             written_folder(output, force=force) as folder,
         ):
-            found_recordings = find_recordings(recordings)
+            found_recordings = find_recordings(recordings, fps)
             _reject_unknown_cameras(found_recordings, up, distance)
             known_lenses = _read_known_lenses(intrinsics, found_recordings)
             try:
