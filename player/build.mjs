@@ -53,7 +53,8 @@ if (process.argv.includes("--test")) {
   rmSync(resolvePath("build"), { recursive: true, force: true });
   await build({
     ...{ bundle: true, target: "es2022", plugins, platform: "node", format: "esm" },
-    ...{ entryPoints: [resolvePath("test/*.test.ts")], outdir: resolvePath("build"), outExtension: { ".js": ".mjs" } },
+    entryPoints: [resolvePath("test/*.test.ts"), resolvePath("test/*.alone.ts")],
+    ...{ outdir: resolvePath("build"), outExtension: { ".js": ".mjs" } },
     external: ["node:*", "playwright-core"],
   });
 } else {

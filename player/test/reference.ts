@@ -2,7 +2,7 @@
 
 import { spawn, spawnSync, type ChildProcess } from "node:child_process";
 import { createHash } from "node:crypto";
-import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { existsSync, mkdirSync, readdirSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
 
@@ -14,17 +14,17 @@ const python = findPython();
 export const referenceSkipReason =
   python === null && "quarc_ref and its renderer are not installed: set QUARC_PYTHON to a Python that has them";
 
-/** Render a frame of a stream from a camera with quarc-ref; return the PNG. */
-export function renderReference(stream: Uint8Array, camera: string, frame: number): Uint8Array {
+/** Render all frames of a stream from a camera with quarc-ref; return the PNGs in the order of the frames. */
+export function renderReference(stream: Uint8Array, camera: string): Uint8Array[] {
   const digest = createHash("sha256").update(stream).digest("hex").slice(0, 16);
-  const [streamName, pictureName] = [`${digest}.quarc`, `${digest}-${camera}-${frame}.png`];
-  if (!existsSync(join(CACHE_FOLDER, pictureName))) {
+  const [streamPath, folder] = [join(CACHE_FOLDER, `${digest}.quarc`), join(CACHE_FOLDER, `${digest}-${camera}`)];
+  if (!existsSync(folder)) {
     mkdirSync(CACHE_FOLDER, { recursive: true });
-    writeFileSync(join(CACHE_FOLDER, streamName), stream);
-    const options = ["--camera", camera, "--frames", String(frame), "-o", join(CACHE_FOLDER, pictureName)];
-    runPython(["-m", "quarc_ref", "render", join(CACHE_FOLDER, streamName), ...options, "--quiet", "--force"]);
+    writeFileSync(streamPath, stream);
+    runPython(["-m", "quarc_ref", "render", streamPath, "--camera", camera, "--to", "png", "-o", folder, "--quiet"]);
   }
-  return readFileSync(join(CACHE_FOLDER, pictureName));
+  const names = readdirSync(folder).filter((name) => name.endsWith(".png"));
+  return names.sort().map((name) => readFileSync(join(folder, name)));
 }
 
 /** Make a stream of simulated moving Gaussians; `job` contains the arguments of Job in benchmarks/moving_stream.py. */

@@ -33,6 +33,8 @@ export interface ServerOptions {
   readonly allowsOrigins?: boolean;
   /** Maximum transfer rate of the stream. */
   readonly bitsPerSecond?: number;
+  /** Offset in the stream from which no bytes are sent until the test changes this option. */
+  readonly heldFrom?: number;
   /** Other files by path; "/" is the page. */
   readonly files?: Readonly<Record<string, Uint8Array | string>>;
 }
@@ -122,19 +124,21 @@ export class StreamServer {
     const body = this.#stream.subarray(begin, end);
     const range = { "Content-Range": `bytes ${begin}-${end - 1}/${unknownSizePartBytes === null ? size : "*"}` };
     response.writeHead(isPartial ? 206 : 200, { "Content-Length": body.length, ...(isPartial ? range : {}) });
-    await this.#send(body.subarray(0, breakAfterBytes), response);
+    await this.#send(body.subarray(0, breakAfterBytes), begin, response);
     if (breakAfterBytes < body.length) setTimeout(() => response.destroy(), 5);
     else response.end();
   }
 
-  async #send(body: Uint8Array, response: ServerResponse): Promise<void> {
-    const { bitsPerSecond = Infinity } = this.#options;
-    const pieceBytes = Math.min(body.length, Math.ceil(bitsPerSecond / 8 / PIECES_PER_SECOND));
-    const startTime = performance.now();
+  async #send(body: Uint8Array, begin: number, response: ServerResponse): Promise<void> {
+    let dueTime = performance.now();
     for (let sentBytes = 0; sentBytes < body.length && !response.destroyed; ) {
+      const { bitsPerSecond = Infinity, heldFrom = Infinity } = this.#options; // a test may change them meanwhile
+      const sendableBytes = Math.min(body.length, heldFrom - begin) - sentBytes;
+      const pieceBytes = Math.max(0, Math.min(sendableBytes, Math.ceil(bitsPerSecond / 8 / PIECES_PER_SECOND)));
+      if (pieceBytes === 0) dueTime = performance.now() + 1000 / PIECES_PER_SECOND;
       response.write(body.subarray(sentBytes, sentBytes + pieceBytes));
       sentBytes += pieceBytes;
-      const dueTime = startTime + (8000 * sentBytes) / bitsPerSecond;
+      dueTime += (8000 * pieceBytes) / bitsPerSecond;
       if (dueTime > performance.now()) await new Promise((resolve) => setTimeout(resolve, dueTime - performance.now()));
     }
   }
