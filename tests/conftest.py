@@ -41,6 +41,10 @@ def _use_temporary_cache(tmp_path_factory):
 # Folders of tests in which every section is decoded with both entropy decoders.
 _BIT_TEST_FOLDERS = {"conformance", "format", "hostile", "inspection"}
 
+# The first two processes run these first. One file compiles the kernels of the renderer and the
+# trainer, the other those of the synthetic scene, so that no process compiles what another does.
+_COMPILING_FILES = {"benchmarks/test_ladder.py", "calibration/test_calibrate.py"}
+
 
 def pytest_addoption(parser):
     parser.addoption(
@@ -58,12 +62,17 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(config, items):
-    """Skip the tests marked thorough, unless --thorough is given."""
+    """Begin with the files that compile kernels; skip the thorough tests without --thorough."""
+    items.sort(key=lambda item: _name_file(item) not in _COMPILING_FILES)
     if config.getoption("--thorough"):
         return
     thorough = [item for item in items if item.get_closest_marker("thorough")]
     config.hook.pytest_deselected(items=thorough)
     items[:] = [item for item in items if not item.get_closest_marker("thorough")]
+
+
+def _name_file(item):
+    return item.path.relative_to(Path(__file__).parent).as_posix()
 
 
 @pytest.fixture

@@ -22,7 +22,7 @@ _DEMO = choose_preset("demo")
 def correct_capture(tmp_path_factory):
     """A synthetic capture of nine cameras and 18 frames."""
     folder = tmp_path_factory.mktemp("correct_capture") / "room"
-    write_synthetic_capture(folder, SynthOptions(160, 120, frames=18, cameras=8))
+    write_synthetic_capture(folder, SynthOptions(128, 96, frames=18, cameras=8))
     return folder
 
 
