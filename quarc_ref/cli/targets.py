@@ -9,7 +9,7 @@ from typing import BinaryIO
 
 from quarc_ref import files
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.options import STANDARD_STREAM
+from quarc_ref.cli.options import STANDARD_STREAM, is_path_name
 from quarc_ref.cli.output import print_message
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.files import OutputFolder
@@ -168,6 +168,16 @@ def reject_input_folder(target: Path, inputs: Iterable[Path | None]) -> None:
         if path is not None and path.resolve().is_relative_to(target.resolve()):
             message = f"{target} would replace the input {path}: choose another folder"
             raise UsageError(message)
+
+
+def reject_input_stream(target: Path, name: str) -> None:
+    """Raise UsageError if an output folder would replace the stream that is read.
+
+    Args:
+        target: Path of the output folder.
+        name: Path or URL of the stream, or `-`.
+    """
+    reject_input_folder(target, [Path(name) if is_path_name(name) else None])
 
 
 def _require_folder_path(target: Path) -> None:

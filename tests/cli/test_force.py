@@ -70,6 +70,18 @@ def test_force_does_not_replace_the_input(verb, encoded_stream, tmp_path):
     assert f"{capture} would replace the input {capture}" in result.stderr
 
 
+@pytest.mark.parametrize("verb", ["decode", "decode --follow", "render"])
+def test_force_does_not_replace_a_folder_with_the_stream(verb, stream_file, tmp_path):
+    site = tmp_path / "site"
+    run("publish", stream_file, "-o", site)
+    names = list_names(site)
+    result = run(*verb.split(), site / "stream.quarc", "-o", site, "--force")
+
+    assert list_names(site) == names
+    assert result.exit_code == 2
+    assert f"{site} would replace the input {site / 'stream.quarc'}" in result.stderr
+
+
 @pytest.mark.parametrize("option", ["--force", "--resume"])
 def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
     file = tmp_path / "a.quarc"

@@ -18,7 +18,12 @@ from quarc_ref.cli.following import (
 )
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, parse_frames
 from quarc_ref.cli.output import TerminalProgress
-from quarc_ref.cli.targets import growing_folder, open_output_frame, written_folder
+from quarc_ref.cli.targets import (
+    growing_folder,
+    open_output_frame,
+    reject_input_stream,
+    written_folder,
+)
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 from quarc_ref.inspection.wording import format_count
@@ -83,6 +88,7 @@ def decode_frames(
 
         frame_range = parse_frames(frames)
         is_single_file = _is_file_output(output, to)
+        reject_input_stream(output, file)
         export = EXPORT_FORMATS[
             output.suffix.lower().removeprefix(".") if is_single_file else to or "ply"
         ]

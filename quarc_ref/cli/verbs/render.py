@@ -18,6 +18,7 @@ from quarc_ref.cli.render_output import (
     write_video,
 )
 from quarc_ref.cli.seekable_stream import open_seekable
+from quarc_ref.cli.targets import reject_input_stream
 from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
@@ -125,6 +126,7 @@ def render(
         frame_range = parse_frames(frames)
         kind = choose_output_kind(output, to, depth=depth)
         _reject_conflicts(kind, depth, path, pixel_format, pictures)
+        reject_input_stream(output, file)
         with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
