@@ -1,10 +1,12 @@
 """Sources of streams in files, in pipes and on servers (SPEC 11.2)."""
 
 import os
+import select
 import stat
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import RawIOBase
 from pathlib import Path
 from typing import BinaryIO
 
@@ -52,7 +54,7 @@ class PipeSource:
             least the size of the stream's longest chunk.
     """
 
-    def __init__(self, pipe: BinaryIO, buffer_bytes: int = _BUFFER_BYTES) -> None:
+    def __init__(self, pipe: BinaryIO | RawIOBase, buffer_bytes: int = _BUFFER_BYTES) -> None:
         self._pipe = pipe
         self._buffer_bytes = buffer_bytes
         self._buffer = bytearray()
@@ -68,7 +70,7 @@ class PipeSource:
             message = f"cannot seek back to byte {offset} in a pipe: save the stream to a file"
             raise SourceError(message)
         while (missing_bytes := offset + length - self._buffer_offset - len(self._buffer)) > 0:
-            piece = self._pipe.read(min(missing_bytes, _PIECE_BYTES))
+            piece = self._read_piece(min(missing_bytes, _PIECE_BYTES))
             if not piece:
                 break
             self._buffer += piece
@@ -79,6 +81,15 @@ class PipeSource:
     def size(self) -> None:
         """Return None, because the size of a pipe is unknown."""
         return
+
+    def _read_piece(self, length: int) -> bytes:
+        """Read at most `length` bytes; no bytes mean the end of the pipe.
+
+        A pipe that another program made non-blocking returns None while it has no data.
+        """
+        while (piece := self._pipe.read(length)) is None:
+            select.select([self._pipe], [], [])
+        return piece
 
     def _trim_buffer(self, offset: int) -> None:
         """Drop the oldest bytes if the buffer contains more than `buffer_bytes`."""
@@ -97,9 +108,12 @@ def open_source(name: str) -> Iterator[Source]:
 
     Raises:
         OSError: The file cannot be opened.
-        SourceError: The server cannot be reached.
+        SourceError: The server cannot be reached, or standard input is closed.
     """
     if name == "-":
+        if sys.stdin is None:
+            message = "standard input is closed"
+            raise SourceError(message)
         # Unbuffered: Python aborts at exit if a thread still waits in a read of the buffer.
         yield PipeSource(getattr(sys.stdin.buffer, "raw", sys.stdin.buffer))
     elif name.startswith(("http://", "https://")):

@@ -75,6 +75,24 @@ def test_a_claimed_size_of_four_billion_bytes_is_not_allocated(path):
     assert PipeSource(io.BytesIO(_BYTES)).read(0, (1 << 32) - 1) == _BYTES
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such pipes")
+def test_a_non_blocking_pipe_without_data_has_not_ended():
+    read_end, write_end = os.pipe()
+    os.set_blocking(read_end, False)
+    writer = threading.Timer(0.2, lambda: (os.write(write_end, b"late"), os.close(write_end)))
+    writer.start()
+    with os.fdopen(read_end, "rb", buffering=0) as pipe:
+        source = PipeSource(pipe)
+        assert source.read(0, 10) == b"late"
+    writer.join()
+
+
+def test_a_closed_standard_input_is_an_error(monkeypatch):
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(SourceError, match="closed"), open_source("-"):
+        pass
+
+
 def test_standard_input_is_a_source(monkeypatch):
     monkeypatch.setattr(sys, "stdin", types.SimpleNamespace(buffer=io.BytesIO(_DATA)))
 
