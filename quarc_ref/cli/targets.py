@@ -49,11 +49,14 @@ def open_output_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
         force: Whether to replace an existing file.
 
     Raises:
-        UsageError: The file exists and must not be replaced, or standard output is a terminal.
+        UsageError: The file exists and must not be replaced, or standard output is a terminal or
+            closed.
     """
     if str(target) == STANDARD_STREAM:
-        if sys.stdout.isatty():
-            message = "standard output is a terminal: redirect it to a pipe or a file"
+        # `sys.stdout` of a closed standard output is the null device (`ensure_standard_streams`).
+        if sys.__stdout__ is None or sys.stdout.isatty():
+            problem = "a terminal" if sys.__stdout__ else "closed"
+            message = f"standard output is {problem}: redirect it to a pipe or a file"
             raise UsageError(message)
         yield sys.stdout.buffer
     else:

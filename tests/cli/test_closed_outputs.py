@@ -38,6 +38,13 @@ def test_a_stream_is_verified_even_if_standard_output_fails(
     assert _run_redirected(redirection, "verify", stream_file, "--json", "-q") == (code, message)
 
 
+def test_a_stream_is_not_written_to_a_closed_standard_output(stream_file):
+    code, message = _run_redirected(">&-", "cut", stream_file, "--frames", ":", "-o", "-")
+
+    assert code == 2
+    assert message.startswith("quarc-ref: standard output is closed")
+
+
 @pytest.mark.parametrize(
     "environment", [_BUFFERED_ENVIRONMENT, _BUFFERED_ENVIRONMENT | {"PYTHONUNBUFFERED": "1"}]
 )
