@@ -17,14 +17,22 @@ _STARTUP_SECONDS = 20.0
 
 
 def query_capabilities(command: str, limits: Limits) -> Line:
-    """Return the line that a decoder prints with `--capabilities`; empty if it prints none."""
+    """Return the line that a decoder prints with `--capabilities`; empty if it prints no such line.
+
+    A decoder that does not support this argument may print anything.
+    """
     decoder = CodecProcess(command, Limits(_STARTUP_SECONDS, limits.memory_mib), "--capabilities")
     decoder.send(b"", last=True)
     capabilities: Line = {}
     with suppress(FaultError):
         capabilities = next(iter(decoder.read_lines()), {})
     decoder.kill()
-    return capabilities if isinstance(capabilities.get("capabilities"), list) else {}
+    names = (capabilities.get("capabilities"), capabilities.get("units", []))
+    return capabilities if all(map(_is_text_list, names)) else {}
+
+
+def _is_text_list(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 
 class CaseRunner:

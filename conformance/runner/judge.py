@@ -106,7 +106,9 @@ def _judge_gaps(case: Case, lines: list[Line]) -> Verdict:
     if len(printed_gaps) != len(expected_gaps):
         return Verdict("gaps", f"{len(printed_gaps)} gaps, expected {len(expected_gaps)}")
     for printed, gap in zip(printed_gaps, expected_gaps, strict=True):
-        matches = all(printed.get(key) == gap[key] for key in ("offset", "bytes", "frames_lost"))
+        matches = isinstance(printed, dict) and all(
+            printed.get(key) == gap[key] for key in ("offset", "bytes", "frames_lost")
+        )
         if not matches or printed.get("refused") not in gap["refused"]:
             return Verdict("gaps", f"gap {printed}, expected {gap}")
     return Verdict(PASS)

@@ -203,7 +203,7 @@ def parse_line(raw: bytes) -> Line:
     """
     try:
         line = json.loads(raw)
-    except ValueError:
+    except (ValueError, RecursionError):
         line = None
     if not isinstance(line, dict):
         message = f"the command printed a line that is not a JSON object: {raw[:60]!r}"

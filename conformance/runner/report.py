@@ -27,6 +27,17 @@ class Result:
         """Whether the case passed."""
         return self.verdict.name == PASS
 
+    @property
+    def message(self) -> str:
+        """Description of the error, in which control characters of the decoder are escaped.
+
+        XML files cannot contain them, not even as character references.
+        """
+        return "".join(
+            character if character.isprintable() else character.encode("unicode_escape").decode()
+            for character in self.verdict.message
+        )
+
 
 @dataclass(frozen=True)
 class Report:
@@ -63,7 +74,7 @@ class Report:
         lines = [f"decoder: {self.command}"]
         capabilities = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
         lines.append(f"tested: {capabilities}")
-        lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.verdict.message}" for r in failed]
+        lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.message}" for r in failed]
         sections = {"category": "category", **({"clause": "clauses"} if clauses else {})}
         for title, key in sections.items():
             lines.append(f"by {title}:")
@@ -88,7 +99,7 @@ class Report:
                 "mode": result.case.mode,
                 "clauses": list(result.case.clauses),
                 "verdict": result.verdict.name,
-                "message": result.verdict.message,
+                "message": result.message,
                 "seconds": round(result.seconds, 4),
             }
             for result in self.results
@@ -117,7 +128,7 @@ class Report:
                 suite, "testcase", attributes, time=f"{result.seconds:.4f}"
             )
             if not result.passed:
-                failure = {"type": result.verdict.name, "message": result.verdict.message}
+                failure = {"type": result.verdict.name, "message": result.message}
                 ElementTree.SubElement(case, "failure", failure)
         return ElementTree.tostring(suite, encoding="utf-8", xml_declaration=True)
 

@@ -8,6 +8,9 @@ from xml.etree import ElementTree
 
 import pytest
 
+from runner.cases import Case
+from runner.judge import judge
+
 ROOT = Path(__file__).resolve().parents[2]
 RUN = ROOT / "conformance" / "run.py"
 REFERENCE = f"{sys.executable} -m quarc_ref.conformance"
@@ -42,6 +45,7 @@ def list_verdicts(completed):
         (["time.sleep(60)"], "timeout"),
         (["keep = []", "while True: keep.append(bytearray(1 << 20))"], "memory"),
         (["print('frame 0')"], "garbage"),
+        (["print('[' * 5000)"], "garbage"),
         (["print('{\"picture\": 0}')"], "garbage"),
         (['print(\'{"frame": 0, "gaussians": 6, "sha256": "00"}\')'], "wrong"),
         (['print(\'{"refused": "field"}\')'], "status"),
@@ -106,6 +110,32 @@ def test_reports_name_clauses_and_cases(tmp_path):
     assert report["clauses"]["5.2-1"]["passed"] > 0
     assert "5.2-1" in completed.stdout
     assert len(ElementTree.parse(junit_path).getroot()) == len(report["cases"])
+
+
+def test_reports_escape_control_characters(tmp_path):
+    junit_path = tmp_path / "junit.xml"
+    lines = [r"sys.stderr.write('\x1b[31mred\x1b[0m \x00 here')", "sys.exit(7)"]
+    completed = run_conformance(make_decoder(tmp_path, *lines), "--junit", str(junit_path))
+
+    (failure,) = ElementTree.parse(junit_path).getroot().iter("failure")
+    assert failure.get("message") == r"exit status 7: \x1b[31mred\x1b[0m \x00 here"
+    assert r"\x1b[31mred" in completed.stdout
+
+
+@pytest.mark.parametrize(
+    "answer", ['{"capabilities": [1, {}]}', '{"capabilities": ["jobs"], "units": 5}', "[" * 5000]
+)
+def test_any_answer_to_capabilities_is_allowed(answer, tmp_path):
+    completed = run_conformance(make_decoder(tmp_path, f"print({answer!r})"))
+
+    assert completed.returncode == 1
+    assert "0 of 1 cases passed" in completed.stdout
+
+
+def test_a_gap_that_is_not_an_object_is_a_wrong_gap():
+    gap = {"offset": 8, "bytes": 4, "frames_lost": 0, "refused": ["sync"]}
+    case = Case("a", "damaged", "recover", (), "a", {"frames": [], "gaps": [gap]}, {})
+    assert judge(case, [{"gap": 5}]).name == "gaps"
 
 
 @pytest.mark.parametrize("manifest", [None, "{}", '{"vectors": [], "units": []}'])
