@@ -59,10 +59,11 @@ class FrameDecoder:
             if isinstance(item, Gap):
                 self._gaps.append(item)
                 _report_gap(item)
-            elif stop is not None and item.frame >= stop:
-                return
-            elif item.frame >= start:
+                continue
+            if start <= item.frame and (stop is None or item.frame < stop):
                 yield item
+            if stop is not None and item.frame + 1 >= stop:
+                return
 
 
 class FrameWriter:

@@ -54,6 +54,17 @@ def test_frames_after_damage_are_written_and_gaps_reported(data, expected_frames
         assert gap.message in line
 
 
+@pytest.mark.parametrize("options", [[], ["--follow", "--patience", 0]])
+def test_damage_after_the_requested_frames_is_no_gap(options, file, tmp_path):
+    file.write_bytes(_flip_bit_in_frame(2))
+    json_output = run_json(
+        "decode", file, "-o", tmp_path / "out", "--recover", "--frames", ":2", *options
+    )
+
+    assert json_output["files"] == _name_files(0, 1)
+    assert json_output["gaps"] == []
+
+
 def test_an_intact_stream_has_no_gaps_and_ends_without_error(file, tmp_path):
     file.write_bytes(_DATA)
     json_output = run_json("decode", file, "-o", tmp_path / "out", "--recover")
