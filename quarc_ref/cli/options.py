@@ -1,9 +1,11 @@
 """Options and arguments that several commands share, and functions that check and parse them."""
 
 import os
+import re
 import stat
 from pathlib import Path
 from typing import Annotated, NoReturn
+from urllib.parse import unquote
 
 import typer
 
@@ -21,8 +23,15 @@ def is_path_name(name: str) -> bool:
 
 
 def format_stream_name(name: str) -> str:
-    """Return the name of a stream in output: a file name, or `standard input`."""
-    return "standard input" if name == STANDARD_STREAM else name.rstrip("/").rpartition("/")[2]
+    """Return the name of a stream in output: a file name, or `standard input`.
+
+    The query of a URL is left out, because it may contain a password or a signature.
+    """
+    if name == STANDARD_STREAM:
+        return "standard input"
+    if is_path_name(name):
+        return name.rstrip("/").rpartition("/")[2]
+    return unquote(re.split(r"[?#]", name)[0].rstrip("/").rpartition("/")[2])
 
 
 def check_stream_name(name: str) -> str:
