@@ -28,6 +28,18 @@ def test_a_file_is_written_next_to_its_target_under_a_random_name(tmp_path):
     assert _list(tmp_path) == ["a.bin"]
 
 
+@pytest.mark.parametrize("name", ["a" * 255, "a" * 232, "a" * 233, "\u65e5" * 85])
+def test_a_name_may_be_as_long_as_the_file_system_allows(name, tmp_path):
+    with atomic_file(tmp_path / name) as file:
+        file.write(b"data")
+        (temporary_name,) = _list(tmp_path)
+    suffix = temporary_paths.PART_SUFFIX
+
+    assert temporary_paths.is_temporary_name(temporary_name, name, suffix)
+    assert not temporary_paths.is_temporary_name(temporary_name, f"{name[:-1]}b", suffix)
+    assert _list(tmp_path) == [name]
+
+
 @pytest.mark.parametrize("dangles", [False, True])
 def test_a_link_at_the_temporary_name_is_not_followed(dangles, tmp_path, monkeypatch):
     victim = tmp_path / "victim"
