@@ -96,10 +96,13 @@ def resolve_redirect(url: str, location: str | None) -> str:
 
 
 def _normalize_url(url: str) -> str:
-    if urlsplit(url).scheme not in _SCHEMES:
+    """Return a URL without fragment, in which characters that HTTP does not allow are escaped."""
+    parts = urlsplit(url)
+    if parts.scheme not in _SCHEMES:
         message = f"{url!r} is not an http or https URL"
         raise ValueError(message)
-    return urldefrag(url).url
+    path, query = (quote(part, safe=string.punctuation) for part in (parts.path, parts.query))
+    return parts._replace(path=path, query=query, fragment="").geturl()
 
 
 class _TimedHandler(HTTPHandler):

@@ -26,7 +26,7 @@ class _Server(http.server.ThreadingHTTPServer):
 
     def __init__(self, data: bytes, fault=None) -> None:
         super().__init__(("127.0.0.1", 0), _Handler)
-        self.data, self.fault, self.ranges = data, fault, []
+        self.data, self.fault, self.ranges, self.paths = data, fault, [], []
         self.stop_event = threading.Event()
         self.url = f"http://127.0.0.1:{self.server_port}/stream.quarc"
 
@@ -47,6 +47,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
             self.wfile.write(body)
 
     def do_GET(self):
+        self.server.paths.append(self.path)
         first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
         self.server.ranges.append((first, last))
         if self.server.fault:
@@ -82,6 +83,19 @@ def test_a_stream_on_a_server_decodes_as_in_memory():
     with _serve() as server, open_source(server.url) as source:
         assert source.size() == len(_DATA)
         assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
+
+
+@pytest.mark.parametrize(
+    ("name", "path"),
+    [
+        ("my str\u00f8m.quarc", "/my%20str%C3%B8m.quarc"),
+        ("my%20str%C3%B8m.quarc?a=1&b=\u00e9#c", "/my%20str%C3%B8m.quarc?a=1&b=%C3%A9"),
+    ],
+)
+def test_characters_that_a_url_does_not_allow_are_escaped(name, path):
+    with _serve() as server:
+        assert HttpSource(server.url.replace("stream.quarc", name)).read(0, 4) == _DATA[:4]
+        assert server.paths == [path]
 
 
 def test_a_range_of_frames_takes_less_than_half_of_the_bytes():
