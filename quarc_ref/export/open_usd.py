@@ -13,6 +13,7 @@ import numpy as np
 from quarc_ref.datasets.camera_geometry import camera_center, rotation_matrix
 from quarc_ref.export.activate import compute_opacities, compute_scales, convert_to_xyzw
 from quarc_ref.export.clip import Clip, Frame
+from quarc_ref.export.errors import ExportError
 from quarc_ref.export.upright import make_upright_matrix, rotate_upright
 from quarc_ref.format.cameras import Camera
 
@@ -83,10 +84,20 @@ class SequenceExporter:
                 attribute.Set(value)
 
     def finish(self) -> bytes:
-        """Build a `.usdc` file."""
+        """Build a `.usdc` file.
+
+        Raises:
+            ExportError: The library cannot write the file, for example because the disk is full.
+        """
+        from pxr import Tf
+
         with TemporaryDirectory() as folder:
             path = Path(folder) / "frames.usdc"
-            self._stage.GetRootLayer().Export(str(path))
+            try:
+                self._stage.GetRootLayer().Export(str(path))
+            except Tf.ErrorException as error:  # a list of errors, of which the first is the cause
+                message = f"OpenUSD cannot write {path}: {error.args[0].commentary}"
+                raise ExportError(message) from error
             return path.read_bytes()
 
     def _add_camera(self, number: int, camera: Camera) -> None:

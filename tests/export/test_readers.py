@@ -3,6 +3,7 @@
 import io
 import shutil
 import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -230,6 +231,24 @@ def test_openusd_reads_a_time_sample_per_frame(tmp_path):
     pose = np.array(camera.GetLocalTransformation()).T
     assert pose[:3, 3] == pytest.approx([0, 0, -2])  # the position of CAMERA
     assert pose[:3, :3] @ [0, 0, -1] == pytest.approx([0, 0, 1])  # the viewing direction
+
+
+def test_openusd_reports_a_full_disk_in_one_line():
+    pytest.importorskip("pxr.Usd")
+    pytest.importorskip("resource")
+    program = """
+import resource, signal
+from tests.export.test_readers import export, make_clip
+signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
+export("usdc", *make_clip())
+"""
+    command = [sys.executable, "-c", program]
+    completed = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    last_line = completed.stderr.splitlines()[-1]
+    assert "ExportError: OpenUSD cannot write" in last_line
+    assert last_line.endswith("File too large")
 
 
 def test_usd_cameras_see_points_at_the_same_pixels(tmp_path):
