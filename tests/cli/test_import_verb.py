@@ -66,6 +66,7 @@ def test_one_file_is_one_frame(small_stream, tmp_path):
         (["--bound", "color=1"], 2),
         (["--bound", "median_scale=1"], 2),  # computed from the first frame
         (["--bound", "sh_dc=0"], 2),
+        (["--bound", "position=0"], 2),
         (["--bound", "sh_dc=x"], 2),
         (["--fps", "0"], 2),
         (["--bound", "position=1e-9"], 3),

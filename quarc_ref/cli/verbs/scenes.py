@@ -168,6 +168,9 @@ def _change_bounds(bounds: "Bounds", changes: list[str]) -> "Bounds":
         except ValueError as error:
             message = f"--bound {change}: {error}"
             raise UsageError(message) from error
+        if name == "position" and not bounds.position:  # would be computed from the first frame
+            message = f"--bound {change}: position is 0, but it must be a positive number"
+            raise UsageError(message)
     return bounds
 
 
