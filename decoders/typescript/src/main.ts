@@ -8,8 +8,9 @@ import { FileSource } from "./source.js";
 
 const STANDARD_INPUT = 0;
 const EXIT_REFUSED = 1;
-const EXIT_USAGE = 2;
+const EXIT_FAILED = 2;
 const EXIT_DECLINED = 3;
+const EXIT_CLOSED_PIPE = 141; // as of a process that SIGPIPE ends
 
 function main(argument: string | undefined): number {
   switch (argument) {
@@ -23,7 +24,7 @@ function main(argument: string | undefined): number {
       return 0;
     default:
       process.stderr.write("usage: node dist/src/main.js [--jobs | --capabilities] < stream.quarc\n");
-      return EXIT_USAGE;
+      return EXIT_FAILED;
   }
 }
 
@@ -47,4 +48,17 @@ function writeLine(line: Line): void {
   process.stdout.write(`${text}\n`);
 }
 
-process.exitCode = main(process.argv[2]);
+/** Exit after an error of standard input or output; throw any other error again. */
+function exitAfterError(error: NodeJS.ErrnoException): never {
+  if (error.syscall === undefined) throw error;
+  if (error.code === "EPIPE") process.exit(EXIT_CLOSED_PIPE);
+  process.stderr.write(`quarc-decode: ${error.message}\n`);
+  process.exit(EXIT_FAILED);
+}
+
+process.stdout.on("error", exitAfterError);
+try {
+  process.exitCode = main(process.argv[2]);
+} catch (error) {
+  exitAfterError(error as NodeJS.ErrnoException);
+}

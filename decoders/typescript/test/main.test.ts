@@ -1,0 +1,35 @@
+/** The command, when its standard input or output fails. */
+
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { once } from "node:events";
+import { closeSync, openSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { readStream } from "./spec.js";
+
+const COMMAND = fileURLToPath(new URL("../src/main.js", import.meta.url));
+
+test("a standard input that cannot be read is not a rejection", () => {
+  const folder = openSync(tmpdir(), "r");
+  const { status, stdout, stderr } = spawnSync(process.execPath, [COMMAND], { stdio: [folder, "pipe", "pipe"] });
+  closeSync(folder);
+
+  assert.equal(status, 2);
+  assert.equal(stdout.toString(), "");
+  assert.match(stderr.toString(), /^quarc-decode: EISDIR.*\n$/);
+});
+
+test("a closed pipe ends the command without a message", async () => {
+  const command = spawn(process.execPath, [COMMAND]);
+  let messages = "";
+  command.stderr.on("data", (piece: Buffer) => (messages += piece.toString()));
+  command.stdout.destroy();
+  await once(command.stdout, "close");
+  command.stdin.end(readStream("A"));
+  const [status] = (await once(command, "close")) as [number];
+
+  assert.equal(status, 141);
+  assert.equal(messages, "");
+});
