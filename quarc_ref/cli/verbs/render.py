@@ -190,6 +190,9 @@ def _choose_planned_pictures(
     except PathError as error:
         message = f"--path: {error}"
         raise UsageError(message) from error
+    except FileNotFoundError as error:
+        message = f"--path takes orbit, spiral, interpolate or a file, but {path} does not exist"
+        raise UsageError(message) from error
 
 
 def _report_progress(
