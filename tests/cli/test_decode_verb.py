@@ -8,6 +8,7 @@ from quarc_ref.decoder import dequantize
 from quarc_ref.export.arrays_npz import build_npz
 from quarc_ref.export.gaussian_ply import build_ply
 from tests.cli.commands import list_names, make_folder, read_json, run, run_json
+from tests.small_streams import make_stream
 
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
@@ -35,6 +36,17 @@ def test_a_range_of_frames_is_decoded_alone(frames, expected_frames, stream_file
 
     assert json_output["files"] == [f"frame_{frame:04}.ply" for frame in expected_frames]
     assert list_names(tmp_path / "out") == json_output["files"]
+
+
+def test_the_frames_of_a_cut_stream_are_named_if_none_is_requested(tmp_path):
+    data, _ = make_stream(gaussian_count=12, frame_count=6, canonical_every=3)
+    whole, part = tmp_path / "whole.quarc", tmp_path / "part.quarc"
+    whole.write_bytes(data)
+    run("cut", whole, "--frames", "3:", "-o", part)
+    result = run("decode", part, "-o", tmp_path / "out", "--frames", ":3")
+
+    assert result.exit_code == 2
+    assert "has none of these frames; it has 3 frames from 3 on" in result.stderr
 
 
 @pytest.mark.parametrize("frames", ["4:", "9:12", "3:1", "2:2", "a:b", "4", "", "-1:2", "1:2:3"])

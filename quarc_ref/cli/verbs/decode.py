@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,6 +27,9 @@ from quarc_ref.cli.targets import (
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
 from quarc_ref.inspection.wording import format_count
+
+if TYPE_CHECKING:
+    from quarc_ref.streams import Source
 
 _FORMAT_HELP = "; ".join(f"{row.suffix}: {row.title}" for row in EXPORT_FORMATS.values()) + "."
 
@@ -107,15 +110,26 @@ def decode_frames(
                 progress.advance("decode", min(done_count, total) if total else done_count, total)
             writer.finish(target)
             if not writer.file_names and not writer.gaps:
-                available_text = f"; it has {format_count(total, 'frame')}" if total else ""
-                message = f"--frames {frames}: the stream has none of these frames{available_text}"
-                raise UsageError(message if frames else "the stream has no frames")
+                raise UsageError(_describe_missing_frames(source, frames, total))
             if not writer.file_names:
                 writer.print_result(None, as_json=as_json, recovers=recovers)
                 raise typer.Exit(EXIT_INVALID_STREAM)
         writer.print_result(output, as_json=as_json, recovers=recovers)
         if writer.gaps:
             raise typer.Exit(EXIT_INVALID_STREAM)
+
+
+def _describe_missing_frames(source: "Source", frames: str | None, total: int) -> str:
+    """Return the error message for a stream with `total` frames, none of which is requested."""
+    from quarc_ref.viewing.outline import outline_stream
+
+    if frames is None:
+        return "the stream has no frames"
+    available_text = ""
+    if total:
+        first_frame = outline_stream(source).first_frame
+        available_text = f"; it has {format_count(total, 'frame')} from {first_frame} on"
+    return f"--frames {frames}: the stream has none of these frames{available_text}"
 
 
 @contextmanager
