@@ -4,6 +4,7 @@ A trusted decoder decodes the stream; see RUNNER.md, Encoders.
 """
 
 import json
+import math
 import struct
 import tempfile
 from collections.abc import Iterator
@@ -52,8 +53,9 @@ def try_encoder(encoder: str, decoder: str, scene: Path, limits: Limits) -> Verd
 
 def judge_encoder(scene: Line, declared: list[Line], stream: bytes, decoded: list[Line]) -> Verdict:
     """Return the verdict on a stream, given the lines printed by the encoder and by a decoder."""
-    if not declared or "bounds" not in declared[-1] or "level" not in declared[-1]:
-        return Verdict("silent", "the last line does not declare `level` and `bounds`")
+    if not declared or "level" not in declared[-1] or not _are_bounds(declared[-1].get("bounds")):
+        message = "the last line does not declare `level`, and in `bounds` a number for each bound"
+        return Verdict("silent", message)
     if decoded and "refused" in decoded[-1]:
         return Verdict("refused", f"the decoder rejects the stream: {decoded[-1]['refused']}")
     declared_states = [(line.get("frame"), line.get("sha256")) for line in declared[:-1]]
@@ -72,6 +74,14 @@ def judge_encoder(scene: Line, declared: list[Line], stream: bytes, decoded: lis
         _judge_level(declared[-1]["level"], stream, decoded)
         or _judge_bounds(scene, declared[-1]["bounds"], decoded)
         or Verdict(PASS)
+    )
+
+
+def _are_bounds(bounds: object) -> bool:
+    """Return whether an encoder declares a finite number for each bound."""
+    return isinstance(bounds, dict) and all(
+        isinstance(bounds.get(name), int | float) and math.isfinite(bounds[name])
+        for name in (*_FIELD_SIZES, "shift")
     )
 
 
