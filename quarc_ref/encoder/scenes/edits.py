@@ -183,7 +183,8 @@ class Edit:
             is_kept &= is_inside.all(axis=1)
         for sphere in self.spheres:
             offsets = positions.astype(np.float64) - sphere[:3]
-            is_kept &= (offsets * offsets).sum(axis=1) > sphere[3] ** 2
+            with np.errstate(over="ignore"):  # the square of a large number is infinite
+                is_kept &= np.square(offsets).sum(axis=1) > np.square(sphere[3])
         return is_kept
 
 
