@@ -58,7 +58,8 @@ def open_output_stream(target: Path, *, force: bool) -> Iterator[BinaryIO]:
             problem = "a terminal" if sys.__stdout__ else "closed"
             message = f"standard output is {problem}: redirect it to a pipe or a file"
             raise UsageError(message)
-        yield sys.stdout.buffer
+        with _report_incomplete_output():
+            yield sys.stdout.buffer
     else:
         with open_output_file(target, force=force, durable=True) as sink:
             yield sink
@@ -205,6 +206,16 @@ def _reject_missing_parent(target: Path) -> None:
     if not target.absolute().parent.is_dir():
         message = f"{target.absolute().parent} is not a folder: create the folder first"
         raise UsageError(message)
+
+
+@contextmanager
+def _report_incomplete_output() -> Iterator[None]:
+    """If the block is interrupted, say that standard output may have a part of the stream."""
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        message = "interrupted; the stream on standard output is incomplete"
+        raise KeyboardInterrupt(message) from error
 
 
 @contextmanager

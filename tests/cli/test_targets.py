@@ -137,6 +137,12 @@ def test_a_stream_is_not_written_to_a_terminal(monkeypatch):
         pytest.fail("standard output was opened")
 
 
+def test_an_interrupted_stream_on_standard_output_is_called_incomplete():
+    with pytest.raises(KeyboardInterrupt, match="standard output is incomplete"):  # noqa: SIM117
+        with open_output_stream(Path("-"), force=False):
+            raise KeyboardInterrupt
+
+
 def test_an_interrupted_growing_folder_says_what_stays(old_folder):
     with pytest.raises(KeyboardInterrupt, match="out contains the finished frames"):
         _write_frame(growing_folder, old_folder, force=True, error=KeyboardInterrupt())
