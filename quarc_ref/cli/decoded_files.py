@@ -72,9 +72,15 @@ class FrameWriter:
     Args:
         export: Format of the files.
         with_sidecar: Whether `sequence.json` is written to the folder of the frames.
+
+    Attributes:
+        frame_count: Number of frames so far.
+        file_names: Names of the files of frames so far.
+        gaps: Gaps of the stream.
     """
 
     def __init__(self, export: ExportFormat, *, with_sidecar: bool) -> None:
+        self.frame_count = 0
         self.file_names: list[str] = []
         self.gaps: list[Gap] = []
         self._export = export
@@ -88,6 +94,7 @@ class FrameWriter:
 
         if self._with_sidecar and self._sidecar is None:
             self._write_sidecar(target, scene.frame, clip)
+        self.frame_count += 1
         frame = Frame.from_scene(scene)
         if self._export.is_sequence:
             self._sequence = self._sequence or self._export.begin(clip)

@@ -165,3 +165,12 @@ def test_an_unrecoverable_stream_is_rejected_without_a_promise(tmp_path):
     assert result.exit_code == 1
     assert "unknown-critical" in result.stderr
     assert "--recover" not in result.stderr
+
+
+def test_frames_that_share_a_file_can_be_recovered_as_well(file, tmp_path):
+    pytest.importorskip("pxr")
+    file.write_bytes(_DATA[:-1])
+    result = run("decode", file, "-o", tmp_path / "all.usdc")
+
+    assert result.exit_code == 1
+    assert "complete frames before the error: 9; --recover keeps them" in result.stderr

@@ -140,9 +140,9 @@ def _suggest_recovery(writer: "FrameWriter", frames: str | None) -> Iterator[Non
     except UnknownCriticalError:  # an unknown critical chunk stops --recover as well
         raise
     except BitstreamError as error:
-        if writer.file_names:
+        if writer.frame_count:
             range_text = f" of --frames {frames}" if frames else ""
-            count = len(writer.file_names)
+            count = writer.frame_count
             error.add_note(
                 f"complete frames{range_text} before the error: {count}; --recover keeps them"
             )
