@@ -48,11 +48,12 @@ class FrameDecoder:
     def decode_scenes(self, start: int, stop: int | None) -> "Iterator[Scene]":
         """Yield the scenes of frames `start` to `stop` - 1; None means no upper limit."""
         from quarc_ref.streams import Gap, decode, recover
+        from quarc_ref.streams.follow import poll
         from quarc_ref.streams.prologue import read_prologue
 
         if self._gaps is None:
             if start > 0 and self._source.size() is not None:  # `decode` skips the prologue
-                self._prologue = read_prologue(self._source)
+                self._prologue = poll(lambda: read_prologue(self._source), self._follow)
             yield from decode(self._source, start, stop, self._follow, self._decoder)
             return
         for item in recover(self._source, self._follow, self._decoder):

@@ -1,6 +1,7 @@
 import os
 import signal
 import subprocess
+import threading
 import time
 
 import pytest
@@ -177,6 +178,21 @@ def test_follow_waits_for_a_stream_that_does_not_exist_yet(tmp_path):
 
     assert process.returncode == 0
     assert list_names(folder) == [f"frame_{frame:04}.ply" for frame in range(9)]
+
+
+@pytest.mark.parametrize("start_bytes", [0, 40, len(_DATA) // 3])
+def test_later_frames_are_awaited_even_if_the_stream_has_just_begun(start_bytes, tmp_path):
+    path = tmp_path / "live.quarc"
+    path.write_bytes(_DATA[:start_bytes])
+    timer = threading.Timer(0.5, lambda: path.write_bytes(_DATA))
+    timer.start()
+    json_output = run_json(
+        *("decode", path, "-o", tmp_path / "out", "--follow", "--frames", "4:6", "-q")
+    )
+    timer.join()
+
+    assert json_output["files"] == list_names(tmp_path / "out")
+    assert json_output["files"] == ["frame_0004.ply", "frame_0005.ply"]
 
 
 def test_a_stream_that_never_appears_is_reported_and_leaves_nothing(tmp_path):
