@@ -102,6 +102,8 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
         for header in reader.headers():
             if header.kind in container.CANONICAL_TYPES:
                 next_frame = _read_ordinal(reader, header, 0)
+                if header.kind == container.SNAP and header.length >= 2 * ORDINAL_BYTES:
+                    _read_ordinal(reader, header, ORDINAL_BYTES)  # may not have arrived yet
                 points.append(SeekPoint(header.offset, header.sequence, next_frame))
             next_frame += header.kind in container.FRAME_TYPES
             if next_frame > frame:

@@ -1,4 +1,5 @@
 import time
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -6,7 +7,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format import container, wire
-from quarc_ref.format.constants import MAGIC
+from quarc_ref.format.constants import CHUNK_HEADER_BYTES, MAGIC
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -16,7 +17,7 @@ from quarc_ref.format.errors import (
     TruncatedError,
 )
 from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
-from quarc_ref.streams import PipeSource, decode
+from quarc_ref.streams import BytesSource, Follow, PipeSource, decode
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.small_streams import CountedSource, make_stream, rebuild_stream
 
@@ -235,6 +236,39 @@ def test_a_truncated_stream_gives_the_same_frames_when_seeking(size, start):
     assert _decode_truncated(_DATA[:size], start) == [
         frame for frame in all_frames if frame >= start
     ]
+
+
+class _GrowingSource(BytesSource):
+    """A stream of which more bytes arrive after a number of calls."""
+
+    def __init__(self, data, first_bytes, call_count):
+        super().__init__(data[:first_bytes])
+        self._all_bytes, self._calls_left = data, call_count
+
+    def read(self, offset, length):
+        self._count_call()
+        return super().read(offset, length)
+
+    def size(self):
+        self._count_call()
+        return super().size()
+
+    def _count_call(self):
+        self._calls_left -= 1
+        if self._calls_left < 0:
+            self._data = self._all_bytes
+
+
+def test_a_seek_waits_for_a_snapshot_of_which_a_part_has_arrived():
+    data = (Path(__file__).parents[1] / "hostile/seeds/streams/snapshot.quarc").read_bytes()
+    frames = [scene.frame for scene in decode(data)]
+    snapshot = next(chunk for chunk in split_chunks(data) if chunk.kind == container.SNAP)
+    for payload_bytes in range(10):
+        source = _GrowingSource(
+            data, snapshot.offset + CHUNK_HEADER_BYTES + payload_bytes, call_count=40
+        )
+        scenes = list(decode(source, frames[-1], follow=Follow(interval=0.001)))
+        assert [scene.frame for scene in scenes] == frames[-1:]
 
 
 def test_a_canonical_frame_truncated_in_its_ordinal_is_not_a_seek_point():
