@@ -225,7 +225,8 @@ void quarc_close(quarc_decoder **decoder);
 // `decoder` is NULL or open; `bytes` points to `length` bytes, or `length` is 0.
 int32_t quarc_push(quarc_decoder *decoder, const uint8_t *bytes, size_t length);
 
-// Declare the end of the stream; then call `quarc_pull` until it ends. Returns QUARC_OK.
+// Declare the end of the stream; then call `quarc_pull` until it ends. Returns QUARC_OK, or
+// QUARC_MISUSE if the decoder was opened for byte ranges: `quarc_limit` declares their end.
 //
 // `decoder` is NULL or open.
 int32_t quarc_finish(quarc_decoder *decoder);

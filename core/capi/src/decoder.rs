@@ -155,12 +155,16 @@ impl AnyDecoder {
         Some((sections, self.preview.insert(state)))
     }
 
-    /// Declare the end of the stream.
-    pub fn finish(&mut self) {
-        self.is_finished = true;
-        if let Way::InOrder(decoder) = &mut self.way {
-            decoder.finish();
+    /// Declare the end of the stream; false if the decoder reads byte ranges, for which `limit`
+    /// does this.
+    pub fn finish(&mut self) -> bool {
+        match &mut self.way {
+            Way::Reading(..) => return false,
+            Way::InOrder(decoder) => decoder.finish(),
+            _ => {}
         }
+        self.is_finished = true;
+        true
     }
 
     /// Decode the next frame or gap.

@@ -118,15 +118,13 @@ pub unsafe extern "C" fn quarc_push(
     unsafe { call(decoder, push) }
 }
 
-/// Declare the end of the stream; then call `quarc_pull` until it ends. Returns QUARC_OK.
+/// Declare the end of the stream; then call `quarc_pull` until it ends. Returns QUARC_OK, or
+/// QUARC_MISUSE if the decoder was opened for byte ranges: `quarc_limit` declares their end.
 ///
 /// `decoder` is NULL or open.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_finish(decoder: *mut DecoderHandle) -> i32 {
-    let finish = |decoder: &mut AnyDecoder| {
-        decoder.finish();
-        Some(QUARC_OK)
-    };
+    let finish = |decoder: &mut AnyDecoder| decoder.finish().then_some(QUARC_OK);
     // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, finish) }
 }

@@ -74,6 +74,24 @@ fn seeking_reads_only_the_necessary_bytes() {
 }
 
 #[test]
+fn the_end_of_byte_ranges_is_declared_by_their_limit() {
+    let stream = read("journey");
+    let half = stream.len() / 2;
+    unsafe {
+        let mut decoder = quarc_open_parts(0);
+        quarc_put(decoder, 0, stream.as_ptr(), half);
+        assert_eq!(quarc_finish(decoder), QUARC_MISUSE);
+        assert_eq!(quarc_limit(decoder, half as u64), QUARC_OK);
+        let mut status = QUARC_FRAME;
+        while status == QUARC_FRAME {
+            status = quarc_pull(decoder, null_mut());
+        }
+        assert_eq!(status, QUARC_REJECTED, "the stream is truncated");
+        quarc_close(&mut decoder);
+    }
+}
+
+#[test]
 fn the_end_of_a_stream_lists_its_frames() {
     let stream = read("journey");
     let mut decoder = quarc_open_parts(0);
