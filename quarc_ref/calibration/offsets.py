@@ -154,7 +154,8 @@ def _read_sounds(recordings: Recordings, report_progress: StepCallback) -> list[
 
 
 def _align_sounds(recordings: Recordings, sounds: Sequence[Sound | None]) -> list[Shift]:
-    loudness_rate = recordings.frames_per_second * _LOUDNESS_SAMPLES_PER_FRAME
+    # Sound has the time of the videos, so a frame rate that the user states does not apply to it.
+    loudness_rate = recordings.pictures.frames_per_second * _LOUDNESS_SAMPLES_PER_FRAME
     signals = [
         measure_loudness(sound, float(VideoReader(path).frame_times[0]), loudness_rate)
         for sound, (path, *_) in zip(sounds, recordings.pictures.paths, strict=True)

@@ -70,6 +70,17 @@ def test_planted_offsets_are_found_by_sound(tmp_path):
     assert motions == {}
 
 
+def test_a_stated_frame_rate_does_not_change_offsets_that_are_found_by_sound(tmp_path):
+    sound = make_sound()
+    for index, offset in enumerate(TRUE_DELAYS):
+        write_with_sound(tmp_path / f"cam{index}.mp4", offset, sound)
+
+    recordings = find_recordings(tmp_path, frames_per_second=60)
+    estimated, _ = find_offsets(recordings, SyncMethod.SOUND, ignore_progress)
+
+    assert max_error(list(estimated.frame_offsets.values())) < 0.5
+
+
 def draw_motion(camera, positions):
     """Return the motion in a camera's pictures: one picture with a blob per position."""
     y, x = np.indices((24, 32)) * 2 + 1.0
