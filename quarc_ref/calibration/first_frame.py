@@ -62,6 +62,8 @@ def read_first_frame(
 ) -> FirstFrame:
     """Read frame 0 of each camera, and undistort it.
 
+    Frame 0 is that of a capture of these cameras; recordings of other cameras may start later.
+
     Args:
         cameras: Calibrated cameras.
         recordings: Recordings that include all of these cameras.
@@ -70,7 +72,8 @@ def read_first_frame(
     Raises:
         CaptureError: A picture cannot be read.
     """
-    first_frames = CaptureNotes(offsets).first_frames(recordings.names)
+    names = [camera.name for camera in cameras]
+    first_frames = CaptureNotes({name: offsets[name] for name in names}).first_frames(names)
     rectifiers = [Rectifier(camera.lens) for camera in cameras]
     pinholes = [
         replace(camera, lens=rectifier.lens)
