@@ -170,6 +170,27 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
     return FilePictures(paths)
 
 
+def list_last_numbers(names: Sequence[str]) -> list[int]:
+    """Return the last number in each name; an empty list if a name has no number."""
+    matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
+    numbers = [int(match[1]) for match in matches if match]
+    return numbers if len(numbers) == len(names) else []
+
+
+def find_gap(names: Sequence[str]) -> tuple[str, str] | None:
+    """Return the names before and after the first gap in the last numbers of the names.
+
+    A gap is a step between two numbers that is larger than the smallest step. The result is None if
+    there is no gap, or if a name has no number.
+    """
+    steps = [second - first for first, second in pairwise(list_last_numbers(names))]
+    smallest_step = min(steps, default=0)
+    for pair, step in zip(pairwise(names), steps, strict=False):
+        if step != smallest_step:
+            return pair
+    return None
+
+
 def _join_names(names: Sequence[str]) -> str:
     return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
 
@@ -196,15 +217,7 @@ def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:
     Raises:
         CountMismatchError: The steps differ, so pictures are missing.
     """
-    matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
-    numbers = [int(match[1]) for match in matches if match]
-    if len(numbers) < len(names) or len(names) < 2:
-        return
-    steps = [second - first for first, second in pairwise(numbers)]
-    for index, step in enumerate(steps):
-        if step != min(steps):
-            message = (
-                f"{folder} has no frames between {names[index]} and {names[index + 1]}: add the "
-                "missing files"
-            )
-            raise CountMismatchError(message)
+    gap = find_gap(names)
+    if gap is not None:
+        message = f"{folder} has no frames between {gap[0]} and {gap[1]}: add the missing files"
+        raise CountMismatchError(message)

@@ -2,15 +2,21 @@
 
 nerfstudio's documentation describes the format (docs.nerf.studio, "Data conventions"). Either every
 entry is the video of a camera, or every entry is a picture. Pictures with the same pose and lens
-belong to one camera, and are ordered by `time`, or by name if no entry has a time. A camera is
-named after the common part of its pictures' paths.
+belong to one camera, and are ordered by `time`, or by name if no entry has a time. Without times, a
+gap in the numbers of a camera's names is an error, unless all cameras have the same numbers. A
+camera is named after the common part of its pictures' paths.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from quarc_ref.datasets.arrangements import VIDEO_SUFFIXES, open_pictures
+from quarc_ref.datasets.arrangements import (
+    VIDEO_SUFFIXES,
+    find_gap,
+    list_last_numbers,
+    open_pictures,
+)
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import (
@@ -58,7 +64,9 @@ def read_nerfstudio(folder: Path) -> Footage:
     if all(PurePosixPath(entry.path).suffix.lower() in VIDEO_SUFFIXES for entry in entries):
         return _load_videos(path, transforms, _build_rig(entries, path))
     if all(entry.time is None for entry in entries):
-        entries = _set_times_by_name(entries)
+        rig = _build_rig(_set_times_by_name(entries), path)
+        _require_no_gaps(rig, path)
+        return _load_pictures(path, transforms, rig)
     if all(entry.time is not None for entry in entries):
         return _load_pictures(path, transforms, _build_rig(entries, path))
     message = (
@@ -148,6 +156,33 @@ def _set_times_by_name(entries: Sequence[Entry]) -> tuple[Entry, ...]:
         last_indices[camera_key] = last_indices.get(camera_key, -1) + 1
         timed_entries.append(replace(entry, time=float(last_indices[camera_key])))
     return tuple(timed_entries)
+
+
+def _require_no_gaps(rig: _Rig, path: Path) -> None:
+    """Check that pictures without a time are of the same frames in all cameras.
+
+    Raises:
+        CountMismatchError: The numbers in the names of a camera's pictures have a gap, and the
+            other cameras do not have the same numbers.
+    """
+    names = [_list_frame_names([entry.path for entry in entries]) for entries in rig.entries]
+    numbers = [list_last_numbers(camera_names) for camera_names in names]
+    if all(camera_numbers == numbers[0] for camera_numbers in numbers):
+        return
+    for camera, camera_names in zip(rig.cameras, names, strict=True):
+        gap = find_gap(camera_names)
+        if gap is not None:
+            message = (
+                f"{path} has no pictures of camera {camera.name} between {gap[0]} and {gap[1]}: "
+                "add the missing pictures, or give every entry a 'time'"
+            )
+            raise CountMismatchError(message)
+
+
+def _list_frame_names(paths: Sequence[str]) -> list[str]:
+    """Return the parts of a camera's paths that name the frame: file names, or else folders."""
+    stems = [PurePosixPath(path).stem for path in paths]
+    return stems if len(set(stems)) > 1 else [PurePosixPath(path).parent.name for path in paths]
 
 
 def _build_rig(entries: Sequence[Entry], path: Path) -> _Rig:

@@ -50,6 +50,33 @@ def test_pictures_are_grouped_by_camera_and_sorted_by_time(frames_folder, shots,
         assert np.array_equal(footage.source.read(camera, frame), pictures[camera][frame])
 
 
+@pytest.mark.parametrize("pattern", ["{frame:04d}/{name}.png", "{name}/{frame:04d}.png"])
+def test_pictures_without_times_that_lack_different_frames_are_rejected(
+    tmp_path, shots, pictures, pattern
+):
+    for shot, row in zip(shots, pictures, strict=True):
+        for frame, picture in enumerate(row):
+            scenes.write_picture(tmp_path / pattern.format(frame=frame, name=shot.name), picture)
+    document = scenes.make_picture_document(shots, pattern)
+    for entry in document["frames"]:
+        entry.pop("time", None)
+    dropped_frames = {shot.name: 1 + index % 2 for index, shot in enumerate(shots)}
+    dropped = {pattern.format(name=name, frame=frame) for name, frame in dropped_frames.items()}
+
+    document["frames"] = [e for e in document["frames"] if e["file_path"] not in dropped]
+    scenes.write_transforms(tmp_path, document)
+    with pytest.raises(CountMismatchError, match="no pictures of camera cam00 between 0000 and 0"):
+        read_nerfstudio(tmp_path)
+
+    document["frames"] = [
+        e
+        for e in document["frames"]
+        if "0001" not in e["file_path"] and "0002" not in e["file_path"]
+    ]
+    scenes.write_transforms(tmp_path, document)
+    assert read_nerfstudio(tmp_path).frame_count == 4
+
+
 def test_a_given_rate_is_used(folder, frames_folder, shots):
     scenes.write_transforms(folder, scenes.make_video_document(shots, fps=24))
     scenes.write_transforms(frames_folder, {**scenes.make_picture_document(shots), "fps": 12.5})
