@@ -158,7 +158,8 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
 
     Args:
         paths: `[camera]` video files, or `[camera][frame]` picture files.
-        reject_gaps: Whether to raise an error if the numbers in the picture names have a gap.
+        reject_gaps: Whether to raise an error if the numbers in the picture names have a gap, or
+            if two pictures have the same name and different suffixes.
 
     Raises:
         CaptureError: A file cannot be read, or the files are inconsistent.
@@ -166,6 +167,7 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
     if all(len(camera_paths) == 1 and is_video(camera_paths[0]) for camera_paths in paths):
         return VideoPictures([VideoReader(camera_paths[0]) for camera_paths in paths])
     for camera_paths in paths if reject_gaps else ():
+        _require_distinct_names(camera_paths)
         _require_regular_numbers(camera_paths[0].parent, [path.stem for path in camera_paths])
     return FilePictures(paths)
 
@@ -209,6 +211,23 @@ def _list_contents(folder: Path) -> list[Path]:
 
 def _list_stills(folder: Path) -> list[Path]:
     return [path for path in _list_contents(folder) if is_still(path) and path.is_file()]
+
+
+def _require_distinct_names(paths: Sequence[Path]) -> None:
+    """Check that no two pictures of a camera differ only in their suffixes.
+
+    Raises:
+        CountMismatchError: There are two pictures of the same frame.
+    """
+    path_by_name: dict[Path, Path] = {}
+    for path in paths:
+        other_path = path_by_name.setdefault(path.with_suffix(""), path)
+        if other_path is not path:
+            message = (
+                f"{path.parent} has two pictures of the same frame, {other_path.name} and "
+                f"{path.name}: remove one of them"
+            )
+            raise CountMismatchError(message)
 
 
 def _require_regular_numbers(folder: Path, names: Sequence[str]) -> None:

@@ -129,6 +129,18 @@ def test_for_poses_without_pictures_the_searched_places_are_named(traced_capture
         read(tmp_path)
 
 
+@pytest.mark.parametrize("pattern", ["frames/0000/cam01.png", "cam01/0000.png"])
+@pytest.mark.parametrize("frame_count", [1, 3])
+def test_two_files_of_one_picture_are_rejected(traced_capture, tmp_path, pattern, frame_count):
+    write_poses(traced_capture, tmp_path)
+    capture_pattern = pattern.replace("0000", "{frame:04d}").replace("cam01", "{name}")
+    traced_capture.write_stills(tmp_path, capture_pattern, frame_count)
+    (tmp_path / pattern).with_suffix(".jpg").write_bytes((tmp_path / pattern).read_bytes())
+
+    with pytest.raises(CountMismatchError, match=r"two pictures of the same frame, (\w+).jpg and"):
+        read(tmp_path)
+
+
 def test_a_gap_among_the_pictures_of_a_camera_is_named(built, tmp_path):
     folder = shutil.copytree(built("n3dv_picture_folders"), tmp_path / "copy")
     (folder / "cam01" / "0003.png").write_bytes((folder / "cam01" / "0000.png").read_bytes())
