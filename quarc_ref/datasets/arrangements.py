@@ -20,6 +20,7 @@ from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
 from quarc_ref.datasets.video import VideoReader
 
 VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".qt", ".3gp", ".3g2", ".mkv", ".webm")
+MASK_FOLDER_NAME = "masks"
 STILL_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 Files = Mapping[str, Sequence[Path]]  # camera name -> path of its video, or paths of its pictures
@@ -87,12 +88,17 @@ def list_frame_folders(folder: Path) -> Files:
     return pictures
 
 
+def _omit_masks(files: Files) -> Files:
+    """Return the files without those of the folder of masks, which is no camera."""
+    return {name: paths for name, paths in files.items() if name != MASK_FOLDER_NAME}
+
+
 FileLister = Callable[[Path], Files]
 ARRANGEMENTS: tuple[tuple[str, FileLister], ...] = (
     ("frames/0000/NAME.png", lambda folder: list_frame_folders(folder / "frames")),
     ("NAME.mp4", list_videos),
     ("videos/NAME.mp4", lambda folder: list_videos(folder / "videos")),
-    ("NAME/0000.png", list_picture_folders),
+    ("NAME/0000.png", lambda folder: _omit_masks(list_picture_folders(folder))),
     ("NAME/images/0000.png", lambda folder: list_picture_folders(folder, "images")),
     ("images/NAME/0000.png", lambda folder: list_picture_folders(folder / "images")),
     ("images/NAME.png", lambda folder: list_single_pictures(folder / "images")),

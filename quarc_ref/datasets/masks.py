@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.arrangements import (
+    MASK_FOLDER_NAME,
     Files,
     is_video,
     list_picture_folders,
@@ -23,7 +24,6 @@ from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictu
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
 
-_MASK_FOLDER_NAME = "masks"
 _LOSSLESS_SUFFIX = ".png"
 _WHITE_THRESHOLD = 127  # of 255; lossy compression changes black and white slightly
 
@@ -129,7 +129,7 @@ def find_masks(
     Raises:
         MaskNameError: The folder has masks, but none is named after a camera.
     """
-    mask_folder = folder / _MASK_FOLDER_NAME
+    mask_folder = folder / MASK_FOLDER_NAME
     files_by_arrangement: list[Files] = [
         list_picture_folders(mask_folder),
         list_videos(mask_folder),

@@ -5,6 +5,7 @@ import shutil
 import numpy as np
 import pytest
 
+from quarc_ref.calibration.recordings import find_recordings
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingCameraError,
@@ -127,6 +128,15 @@ def test_for_poses_without_pictures_the_searched_places_are_named(traced_capture
 
     with pytest.raises(MissingFileError, match=r"cameras cam00, .*frames/0000/NAME.png.*images/"):
         read(tmp_path)
+
+
+def test_the_folder_of_masks_is_no_camera(traced_capture, tmp_path):
+    write_poses(traced_capture, tmp_path)
+    traced_capture.write_stills(tmp_path, "{index:02d}/{frame:04d}.png")
+    traced_capture.write_stills(tmp_path, "masks/{index:02d}.png", 1)
+
+    assert [camera.name for camera in read(tmp_path).cameras] == ["00", "01", "02", "03"]
+    assert find_recordings(tmp_path).names == ("00", "01", "02", "03")
 
 
 @pytest.mark.parametrize("pattern", ["frames/0000/cam01.png", "cam01/0000.png"])
