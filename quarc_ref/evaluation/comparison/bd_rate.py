@@ -43,19 +43,14 @@ def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
         curve: Rate and quality of each operating point of the other method.
 
     Returns:
-        The deltas. If a curve has fewer than four points, or its quality does not increase with the
-        rate, both deltas are None, and the remark gives the reason.
+        The deltas. If a curve has fewer than four points, a rate that is not positive or that two
+        points share, or a quality that does not increase with the rate, both deltas are None, and
+        the remark gives the reason.
     """
     for name, points in (("the reference", reference), ("the method", curve)):
-        if len(points) < MIN_POINTS:
-            point_count = f"{format_count(len(points), 'point')} of known size"
-            return BjontegaardDeltas(
-                None, None, f"{name} has {point_count}; {MIN_POINTS} are needed"
-            )
-        if not _is_quality_increasing(points):
-            return BjontegaardDeltas(
-                None, None, f"the quality of {name} does not increase with the rate"
-            )
+        problem = _find_problem(name, points)
+        if problem is not None:
+            return BjontegaardDeltas(None, None, problem)
     import bjontegaard
 
     reference_points, curve_points = sorted(reference), sorted(curve)
@@ -74,9 +69,23 @@ def compare_curves(reference: Curve, curve: Curve) -> BjontegaardDeltas:
     return BjontegaardDeltas(_finite_or_none(rate), _finite_or_none(quality), " ".join(remarks))
 
 
-def _is_quality_increasing(points: Curve) -> bool:
-    qualities = [quality for _, quality in sorted(points)]
-    return all(low < high for low, high in pairwise(qualities))
+def _find_problem(name: str, points: Curve) -> str | None:
+    """Return the reason why a curve has no deltas; None if it has deltas."""
+    if len(points) < MIN_POINTS:
+        point_count = f"{format_count(len(points), 'point')} of known size"
+        return f"{name} has {point_count}; {MIN_POINTS} are needed"
+    rates, qualities = zip(*sorted(points), strict=True)
+    if rates[0] <= 0:
+        return f"{name} has a point of 0 bytes"
+    if not _is_increasing(rates):
+        return f"{name} has two points of the same rate"
+    if not _is_increasing(qualities):
+        return f"the quality of {name} does not increase with the rate"
+    return None
+
+
+def _is_increasing(numbers: Sequence[float]) -> bool:
+    return all(low < high for low, high in pairwise(numbers))
 
 
 def _finite_or_none(number: float) -> float | None:

@@ -44,6 +44,16 @@ def test_a_falling_curve_is_rejected():
     assert "does not increase" in delta.remark
 
 
+@pytest.mark.parametrize(
+    ("rate", "remark"), [(0.0, "a point of 0 bytes"), (4593.60, "two points of the same rate")]
+)
+def test_a_curve_that_cannot_be_interpolated_is_rejected(rate, remark):
+    curve = [*_REFERENCE_CURVE[1:], (rate, 33.0)]
+
+    assert remark in compare_curves(curve, _TEST_CURVE).remark
+    assert remark in compare_curves(_TEST_CURVE, curve).remark
+
+
 def test_curves_with_little_overlap_get_a_remark_and_those_without_have_no_figure():
     higher = [(rate, quality + 3) for rate, quality in _TEST_CURVE]
     disjoint = [(rate, quality + 30) for rate, quality in _TEST_CURVE]
