@@ -1,9 +1,10 @@
 """Decodes videos and picture files, which the module `media` opens.
 
 Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`: FFmpeg's scaler
-upsamples chroma and converts to RGB with its default settings. Frames are numbered in the order of
-their timestamps. The number of frames is found by counting packets, because headers can be wrong.
-Only one thread may use a `VideoReader` at a time.
+upsamples chroma and converts to RGB with its default settings. Picture files with 16 bits per
+channel are rounded to 8 bits, because the scaler would dither them and make them brighter. Frames
+are numbered in the order of their timestamps. The number of frames is found by counting packets,
+because headers can be wrong. Only one thread may use a `VideoReader` at a time.
 """
 
 import math
@@ -22,6 +23,9 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
 from quarc_ref.datasets.orientation import rotate_upright
+
+_MAX_LEVEL_BITS = 8
+_DEEP_LEVELS_PER_LEVEL = 65535 // 255  # levels of 16 bits per level of 8 bits
 
 
 class VideoReader:
@@ -124,6 +128,8 @@ class VideoReader:
 def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
     """Read a PNG or JPEG file as `[H, W, 3]` sRGB; transparency is ignored.
 
+    The levels of 16-bit PNG files are rounded to 8 bits.
+
     Args:
         path: Path of the file.
         size: Width and height that the picture must have, pixels; None for any.
@@ -135,6 +141,9 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
     """
     frame = decode_still(path, size)
     try:
+        if frame.format.components[0].bits > _MAX_LEVEL_BITS:
+            levels = frame.to_ndarray(format="rgb48le") / _DEEP_LEVELS_PER_LEVEL
+            return np.asarray(np.rint(levels), dtype=np.uint8)
         return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
     except (av.FFmpegError, ValueError) as error:
         message = f"{path} cannot be converted to RGB ({error}): export it again"

@@ -178,6 +178,16 @@ def test_a_video_without_its_first_key_frame_is_rejected(video, tmp_path):
         VideoReader(zero_packet(video, tmp_path / "damaged.mp4", 0, 0))
 
 
+@pytest.mark.parametrize("channels", [1, 3, 4])
+def test_levels_of_16_bits_are_rounded(tmp_path, channels):
+    levels = np.arange(256, dtype=np.uint16)[None, :, None].repeat(8, axis=0)
+    errors = np.array([-128, 0, 0, 0, 0, 0, 0, 128])[:, None, None]
+    deep_levels = np.clip(257 * levels.astype(int) + errors, 0, 65535).astype(np.uint16)
+    assert cv2.imwrite(str(tmp_path / "deep.png"), deep_levels.repeat(channels, axis=2))
+
+    assert np.array_equal(read_still(tmp_path / "deep.png"), levels.repeat(3, axis=2))
+
+
 @pytest.mark.parametrize("suffix", ["h264", "avi", "ts", "flv"])
 def test_a_video_in_another_container_is_rejected_by_name(tmp_path, decoded_frames, suffix):
     path = tmp_path / f"cam00.{suffix}"
