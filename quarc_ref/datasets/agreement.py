@@ -60,21 +60,30 @@ def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
         raise FrameRateError(message)
 
 
-def compare_lengths(names: Sequence[str], lengths: Sequence[int]) -> Finding | None:
-    """Return a finding if the cameras have different numbers of frames, and None otherwise.
+def compare_lengths(
+    names: Sequence[str], lengths: Sequence[int], offsets: Sequence[int] = ()
+) -> Finding | None:
+    """Return a finding if frames are lost because recordings have different lengths, or None.
 
     Args:
         names: Names of the cameras, at least one.
-        lengths: `[camera]` number of frames.
+        lengths: `[camera]` number of frames of the recording.
+        offsets: `[camera]` frame of the recording that becomes frame 0; empty if all are 0.
+            Recordings that differ in length, but end at the same time, lose no frames.
     """
+    offsets = offsets or [0] * len(names)
+    common_counts = [length - offset for length, offset in zip(lengths, offsets, strict=True)]
     common_length = median_high(lengths)
     outliers = [index for index, length in enumerate(lengths) if length != common_length]
-    if not outliers:
+    if not outliers or len(set(common_counts)) == 1:
         return None
     descriptions = [f"{names[i]} has {lengths[i]} frames" for i in outliers]
+    frames = f"the first {min(common_counts)} frames of every camera"
+    if any(offsets):
+        frames = f"{min(common_counts)} frames of every camera, beginning at its offset,"
     message = (
-        f"{_join_descriptions(descriptions)}, but the others have {common_length}: only the first "
-        f"{min(lengths)} frames of every camera are used"
+        f"{_join_descriptions(descriptions)}, but the others have {common_length}: only {frames} "
+        "are used"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in outliers))
 

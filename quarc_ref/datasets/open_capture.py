@@ -169,12 +169,10 @@ def _synchronize(
     )
     if synchronized_pictures.frame_count < 1:
         _reject_start(path, footage, offsets, start)
-    findings = [
-        *footage.findings,
-        compare_rotations(names, footage.source.rotations),
-    ]
+    findings = [*footage.findings, compare_rotations(names, footage.source.rotations)]
     if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
-        findings.append(compare_lengths(names, footage.source.lengths))
+        lengths = footage.source.lengths
+        findings.append(compare_lengths(names, lengths, list(offsets.values())))
     footage = replace(
         footage, findings=tuple(finding for finding in findings if finding is not None)
     )

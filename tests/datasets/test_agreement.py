@@ -95,6 +95,17 @@ def test_shorter_and_longer_videos_are_named_and_all_are_cut(folder, pictures):
     )
 
 
+def test_lengths_are_compared_after_the_offsets():
+    names, lengths = ["cam00", "cam01", "cam02"], [100, 104, 100]
+
+    assert compare_lengths(names, lengths, [0, 4, 0]) is None
+    finding = compare_lengths(names, lengths, [0, 4, 7])
+    assert finding.message == (
+        "cam01 has 104 frames, but the others have 100: only 93 frames of every camera, beginning "
+        "at its offset, are used"
+    )
+
+
 def test_enough_common_frames_suffice(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
     capture = open_capture(folder)
