@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quarc_ref.datasets.arrangements import is_still
 from quarc_ref.datasets.video import read_still
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
 from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
@@ -16,7 +17,6 @@ from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.format.cameras import Camera
 
 RENDERS = "renders"  # the kind of these entries
-_SUFFIXES = (".png", ".jpg", ".jpeg")
 
 
 def open_renders(
@@ -33,7 +33,7 @@ def open_renders(
 
     Raises:
         EntryError: The layout of the folder is unknown, a camera is missing, or two pictures
-            have the same frame number.
+            are of the same camera and frame.
         OSError: The folder cannot be read.
     """
     paths_by_camera = _list_pictures(folder, cameras)
@@ -94,13 +94,20 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
 def _list_by_frame(
     folder: Path, subfolder_pictures: Mapping[str, list[Path]], camera: str
 ) -> dict[int, Path]:
-    """Return a camera's picture files by frame, for folders with the layout `FRAME/CAMERA.png`."""
-    picture_by_folder = {
-        path.parent: path
-        for paths in subfolder_pictures.values()
-        for path in paths
-        if path.stem == camera
-    }
+    """Return a camera's picture files by frame, for folders with the layout `FRAME/CAMERA.png`.
+
+    Raises:
+        EntryError: A folder has two pictures of the camera, or two folders the same frame number.
+    """
+    picture_by_folder: dict[Path, Path] = {}
+    for path in (path for paths in subfolder_pictures.values() for path in paths):
+        if path.stem != camera:
+            continue
+        if path.parent in picture_by_folder:
+            other_name = picture_by_folder[path.parent].name
+            message = f"{path.parent} has two pictures of {camera}: {other_name} and {path.name}"
+            raise EntryError(message)
+        picture_by_folder[path.parent] = path
     return {
         frame: picture_by_folder[subfolder]
         for frame, subfolder in sort_by_frame_number(picture_by_folder, folder).items()
@@ -108,4 +115,4 @@ def _list_by_frame(
 
 
 def _find_pictures(folder: Path) -> list[Path]:
-    return [path for path in folder.iterdir() if path.suffix.lower() in _SUFFIXES]
+    return [path for path in folder.iterdir() if is_still(path)]

@@ -1,0 +1,36 @@
+import re
+
+import numpy as np
+import pytest
+
+from quarc_ref.datasets.video_writer import build_png
+from quarc_ref.evaluation.comparison.entries import EntryError, Label
+from quarc_ref.evaluation.comparison.renders import open_renders
+
+LABEL = Label("method", "point")
+PNG = build_png(np.zeros((16, 16, 3), np.uint8))
+
+
+def write_pictures(folder, names):
+    for name in names:
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(PNG)
+
+
+@pytest.mark.parametrize("pattern", ["cam{camera}/{frame:04}.png", "{frame:04}/cam{camera}.png"])
+def test_hidden_files_are_not_pictures(tmp_path, pattern):
+    names = [pattern.format(camera=camera, frame=frame) for camera in (0, 1) for frame in (3, 4)]
+    write_pictures(tmp_path, names)
+    write_pictures(tmp_path, [re.sub(r"/(?=[^/]*$)", "/._", name) for name in names])
+
+    entry = open_renders(tmp_path, LABEL, ["cam0", "cam1"], None)
+
+    assert entry.info.frames == (3, 4)
+
+
+@pytest.mark.parametrize("pattern", ["cam0/0003", "0003/cam0"])
+def test_two_files_of_one_picture_are_rejected(tmp_path, pattern):
+    write_pictures(tmp_path, [f"{pattern}.png", f"{pattern}.jpg"])
+
+    with pytest.raises(EntryError, match=r"same frame number|two pictures of cam0"):
+        open_renders(tmp_path, LABEL, ["cam0"], None)
