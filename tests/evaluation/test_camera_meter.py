@@ -97,3 +97,15 @@ def test_the_first_frame_does_not_flicker():
 def test_every_figure_states_its_metric():
     for name, metric_name in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
         assert metric_name in VARIANTS[name]
+
+
+def test_a_completely_masked_picture_is_measured_without_its_mask():
+    wall, rendering = _make_wall(), (_make_wall(1) / 255).astype(np.float32)
+    views = [
+        make_view(0, "cam00", wall, rendering, mask)
+        for mask in (None, np.zeros(_SIZE[:2], dtype=bool))
+    ]
+
+    assert views[1].psnr == views[0].psnr < MAX_DECIBELS
+    assert views[1].ssim == views[0].ssim
+    assert "measured without its mask" in VARIANTS["mask"]
