@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from itertools import zip_longest
 from pathlib import Path
 
-from quarc_ref.datasets.calibration import DownscaleError
+from quarc_ref.datasets.calibration import CalibratedCamera, DownscaleError
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.format.cameras import Camera
 from quarc_ref.inspection.stream_summary import StreamSummary
@@ -57,9 +58,10 @@ def open_same_capture(
         message = f"the stream has no {missing_items}, so there is nothing to measure"
         raise MismatchError(message)
     start_frame = read_start_frame(summary)
-    full_size_capture = open_capture(folder, CaptureOptions(start=start_frame))
-    _require_equal("cameras", _list_names(full_size_capture.cameras), _list_names(summary.cameras))
-    downscale = max(1, round(full_size_capture.cameras[0].width / summary.cameras[0].width))
+    # Only the files are read to find the factor; opening the capture may compute initial points.
+    full_size_cameras = choose_layout(folder).read(folder).cameras
+    _require_equal("cameras", _list_names(full_size_cameras), _list_names(summary.cameras))
+    downscale = max(1, round(full_size_cameras[0].lens.width / summary.cameras[0].width))
     try:
         options = CaptureOptions(downscale, held_out_names, start=start_frame)
         capture = open_capture(folder, options)
@@ -102,7 +104,7 @@ def _require_equal(
             raise MismatchError(message)
 
 
-def _list_names(cameras: Sequence[Camera]) -> list[str]:
+def _list_names(cameras: Sequence[Camera] | Sequence[CalibratedCamera]) -> list[str]:
     return [camera.name for camera in cameras]
 
 

@@ -1,9 +1,11 @@
+import shutil
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio
 
+from quarc_ref.datasets import open_capture as open_capture_module
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import dequantize
@@ -73,6 +75,22 @@ def test_a_stream_is_measured_at_its_own_resolution(folder):
 
     assert evaluation.shown_views[0].truth.shape == (16, 24, 3)
     assert evaluation.shown_views[0].truth == pytest.approx(half.image(0, 0) / 255, abs=1e-6)
+
+
+def test_initial_points_are_computed_only_as_they_were_for_encoding(folder, tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    triangulations = []
+
+    def triangulate(cameras, _source, held_out):
+        triangulations.append((cameras[0].lens.width, held_out))
+        return scenes.make_plane_points()
+
+    monkeypatch.setattr(open_capture_module, "_triangulate_points", triangulate)
+    bare = shutil.copytree(folder, tmp_path / "bare", ignore=shutil.ignore_patterns("*.ply"))
+    encoded = open_capture(bare, CaptureOptions(downscale=2, held_out=("cam04",)))
+    evaluate_stream(write_stream(encoded.cameras, 1), bare, ignore_progress)
+
+    assert triangulations == [(24, {"cam04"})]
 
 
 def test_the_cameras_of_the_stream_are_used(capture, folder):
