@@ -7,6 +7,7 @@ gap in the numbers of a camera's names is an error, unless all cameras have the 
 camera is named after the common part of its pictures' paths.
 """
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -210,13 +211,16 @@ def _make_camera(name: str, entry: Entry, path: Path) -> CalibratedCamera:
 def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     """Return a name for each group of paths.
 
-    A group is named after the common file name of its paths (`0000/cam00.png`), or after their
-    common folder (`cam00/0000.png`). If neither rule gives a distinct name to every group, the
+    A group is named after the common file name of its paths (`0000/cam00.png`), their common folder
+    (`cam00/0000.png`, `cam00/images/0000.png`), or the common part of their file names before the
+    number of the frame (`cam00_0000.png`). If no rule gives a distinct name to every group, the
     groups are numbered.
     """
     name_functions: tuple[Callable[[PurePosixPath], str], ...] = (
         lambda path: path.stem,
         lambda path: path.parent.name,
+        lambda path: path.parent.parent.name,
+        lambda path: re.sub(r"[-_. ]+[0-9]+$", "", path.stem),
     )
     for get_name in name_functions:
         names_by_group = [{get_name(PurePosixPath(path)) for path in group} for group in groups]

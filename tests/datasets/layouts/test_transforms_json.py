@@ -90,7 +90,9 @@ def test_a_given_rate_is_used(folder, frames_folder, shots):
     [
         ("{frame:04d}/{name}.png", ["cam00", "cam01", "cam03", "cam04"]),
         ("{name}/{frame:04d}.png", ["cam00", "cam01", "cam03", "cam04"]),
-        ("all/{name}_{frame:04d}.png", ["cam00", "cam01", "cam02", "cam03"]),
+        ("{name}/images/{frame:04d}.png", ["cam00", "cam01", "cam03", "cam04"]),
+        ("all/{name}_{frame:04d}.png", ["cam00", "cam01", "cam03", "cam04"]),
+        ("all/{name}{frame:04d}.png", ["cam00", "cam01", "cam02", "cam03"]),
     ],
 )
 def test_cameras_are_named_after_the_common_parts_of_their_paths(
