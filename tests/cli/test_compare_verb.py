@@ -4,6 +4,7 @@ import shutil
 import pytest
 import torch
 
+from quarc_ref.cli.verbs.compare import parse_entries
 from quarc_ref.evaluation import lpips as lpips_module
 from tests.cli.commands import list_names, run, run_json
 
@@ -172,3 +173,19 @@ def test_a_stream_of_another_capture_is_compared_only_on_request(encoded_stream,
     rejected_run, accepted_run = run(*line), run(*line, "--other-capture")
     assert (rejected_run.exit_code, accepted_run.exit_code) == (2, 0)
     assert "made from another capture" in rejected_run.stderr
+
+
+@pytest.mark.parametrize(
+    ("texts", "labels"),
+    [
+        (["ours=low/x.quarc", "ours=high/x.quarc"], ["ours@low/x.quarc", "ours@high/x.quarc"]),
+        (["low@1/x.quarc", "high@1/x.quarc"], ["low@1/x.quarc", "high@1/x.quarc"]),
+        (["ours@q=low/x.quarc", "ours@q=high/x.quarc"], ["ours@q", "ours@q"]),
+        (["ours=q1.quarc", "ours=q2.quarc"], ["ours@q1", "ours@q2"]),
+    ],
+)
+def test_only_entries_with_the_same_given_label_are_runs(texts, labels):
+    sources = parse_entries(texts, [])
+
+    assert [str(source.label) for source in sources] == labels
+    assert len({source.label for source in sources}) == len(set(labels))

@@ -156,23 +156,38 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
         raise UsageError(message)
     byte_counts = dict(_parse_size(size) for size in sizes)
     names_and_paths = [_parse_entry(text) for text in texts]
-    stem_counts = Counter(path.stem for _, path in names_and_paths)
-    names = [
-        name or (path.stem if stem_counts[path.stem] == 1 else str(path))
-        for name, path in names_and_paths
-    ]
-    method_counts = Counter(name.partition("@")[0] for name in names)
-    entry_sources = []
-    for name, (_, path) in zip(names, names_and_paths, strict=True):
-        method, _, point = name.partition("@")
-        default_point = method if method_counts[method] == 1 else path.stem
-        entry_sources.append(
-            EntrySource(Label(method, point or default_point), path, byte_counts.pop(path, None))
+    entry_sources = [
+        EntrySource(Label(method, point), path, byte_counts.pop(path, None))
+        for (method, point), (_, path) in zip(
+            _label_entries(names_and_paths), names_and_paths, strict=True
         )
+    ]
     if byte_counts:
         message = f"--bytes names {next(iter(byte_counts))}, which is not one of the entries"
         raise UsageError(message)
     return entry_sources
+
+
+def _label_entries(names_and_paths: Sequence[tuple[str, Path]]) -> list[tuple[str, str]]:
+    """Return the method and operating point of each entry.
+
+    Names that are not given are derived from paths: the file name if it is distinct, otherwise the
+    whole path, so that only entries with the same given METHOD@POINT, or path, are runs.
+    """
+    paths = [path for _, path in names_and_paths]
+    stem_counts = Counter(path.stem for path in paths)
+    distinct_names = [path.stem if stem_counts[path.stem] == 1 else str(path) for path in paths]
+    methods_and_points = []
+    for (name, path), distinct_name in zip(names_and_paths, distinct_names, strict=True):
+        # In a whole path, @ is part of the name of a folder.
+        given_name = name or (path.stem if distinct_name == path.stem else "")
+        method, _, point = given_name.partition("@")
+        methods_and_points.append((method or distinct_name, point))
+    method_counts = Counter(method for method, _ in methods_and_points)
+    return [
+        (method, point or (method if method_counts[method] == 1 else distinct_name))
+        for (method, point), distinct_name in zip(methods_and_points, distinct_names, strict=True)
+    ]
 
 
 def _parse_entry(text: str) -> tuple[str, Path]:
