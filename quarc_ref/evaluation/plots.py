@@ -177,7 +177,8 @@ def plot_curves(
     figure, axes_list = _make_figure(len(panels))
     for axes, (label, curves) in zip(axes_list, panels.items(), strict=True):
         for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
-            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=3, label=name)
+            label_text = _escape_label(name)
+            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=3, label=label_text)
         axes.set_ylabel(label)
         if is_log2:
             axes.set_xscale("log", base=2)
@@ -202,7 +203,8 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> by
     figure, axes_list = _make_figure(len(panels), height=3.4)
     for axes, (label, curves) in zip(axes_list, panels.items(), strict=True):
         for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
-            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=4, label=name)
+            label_text = _escape_label(name)
+            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=4, label=label_text)
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=axes is axes_list[-1])
     rates = [rate for curves in panels.values() for curve in curves.values() for rate in curve.x]
@@ -270,6 +272,15 @@ def _make_figure(row_count: int, height: float = 2.6) -> tuple[Figure, list[Axes
         axes.grid(axis="y", color="#e3e7ec", linewidth=0.8)
         axes.set_axisbelow(True)
     return figure, axes_list
+
+
+def _escape_label(name: str) -> str:
+    """Return a label that matplotlib shows as it is.
+
+    matplotlib omits labels that start with an underscore, and formats text between dollar signs.
+    """
+    escaped_name = name.replace("$", r"\$")
+    return f" {escaped_name}" if name.startswith("_") else escaped_name
 
 
 def _place_legend_above(axes: Axes) -> None:

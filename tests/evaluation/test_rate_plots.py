@@ -2,8 +2,15 @@ import io
 
 import matplotlib.image
 import numpy as np
+import pytest
 
-from quarc_ref.evaluation.plots import Curve, plot_coders, plot_curves, plot_rate_distortion
+from quarc_ref.evaluation.plots import (
+    Curve,
+    plot_coders,
+    plot_curves,
+    plot_rate_distortion,
+    plot_rates,
+)
 
 PANELS = {"motion, KB": {"file": 1.0, "float32": 400.0}, "births, KB": {"file": 0.5}}
 POINTS = [(2.0, 30.0, ""), (1.0, 28.0, "rd_lambda=2"), (3.0, 30.2, "rd_lambda=0.5")]
@@ -45,3 +52,12 @@ def test_panels_share_one_axis():
 
     assert _count_colors(plot_curves(panels, "frame")) > 10
     assert plot_curves(single_panel, "step") != plot_curves(single_panel, "step", is_log2=True)
+
+
+@pytest.mark.parametrize("names", [("_a", "_b"), ("a$x_$", "b"), (r"$\frac$", r"\$")])
+def test_any_names_can_be_labels_of_curves(names):
+    panels = {"PSNR": {name: Curve([1, 2], [3, 4 + i]) for i, name in enumerate(names)}}
+    other_panels = {"PSNR": dict(zip(("c", "d"), panels["PSNR"].values(), strict=True))}
+
+    for plot in (plot_rates, plot_curves):
+        assert plot(panels, "frame") != plot(other_panels, "frame")
