@@ -209,10 +209,11 @@ def _raise_missing_picture(frame_folder: Path, name: str) -> None:
 
 
 def _list_contents(folder: Path) -> list[Path]:
-    """Return the contents of a folder in natural order, or an empty list if it is no folder."""
+    """Return what is in a folder and not hidden, in natural order; nothing if it is no folder."""
     if not folder.is_dir():
         return []
-    return sorted(folder.iterdir(), key=lambda path: natural_order(path.name))
+    visible_paths = (path for path in folder.iterdir() if not path.name.startswith("."))
+    return sorted(visible_paths, key=lambda path: natural_order(path.name))
 
 
 def _list_stills(folder: Path) -> list[Path]:

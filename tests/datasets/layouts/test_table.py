@@ -139,6 +139,14 @@ def test_the_folder_of_masks_is_no_camera(traced_capture, tmp_path):
     assert find_recordings(tmp_path).names == ("00", "01", "02", "03")
 
 
+def test_a_hidden_folder_is_no_camera(traced_capture, tmp_path):
+    write_poses(traced_capture, tmp_path)
+    traced_capture.write_stills(tmp_path, "{index:02d}/{frame:04d}.png")
+    traced_capture.write_stills(tmp_path, ".thumbnails/{index:02d}.png", 1)
+
+    assert [camera.name for camera in read(tmp_path).cameras] == ["00", "01", "02", "03"]
+
+
 @pytest.mark.parametrize("pattern", ["frames/0000/cam01.png", "cam01/0000.png"])
 @pytest.mark.parametrize("frame_count", [1, 3])
 def test_two_files_of_one_picture_are_rejected(traced_capture, tmp_path, pattern, frame_count):
