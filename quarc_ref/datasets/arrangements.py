@@ -4,9 +4,7 @@ The loader of a layout reads the camera names from the poses. `find_pictures` se
 cameras' videos or picture files in every arrangement, and returns the first complete set.
 """
 
-import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import pairwise
 from pathlib import Path
 
 from quarc_ref.datasets.errors import (
@@ -15,6 +13,7 @@ from quarc_ref.datasets.errors import (
     MissingCameraError,
     MissingFileError,
 )
+from quarc_ref.datasets.frame_numbers import find_gap
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
 from quarc_ref.datasets.video import VideoReader
@@ -176,27 +175,6 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
         _require_distinct_names(camera_paths)
         _require_regular_numbers(camera_paths[0].parent, [path.stem for path in camera_paths])
     return FilePictures(paths)
-
-
-def list_last_numbers(names: Sequence[str]) -> list[int]:
-    """Return the last number in each name; an empty list if a name has no number."""
-    matches = [re.search(r"([0-9]{1,18})[^0-9]*$", name) for name in names]
-    numbers = [int(match[1]) for match in matches if match]
-    return numbers if len(numbers) == len(names) else []
-
-
-def find_gap(names: Sequence[str]) -> tuple[str, str] | None:
-    """Return the names before and after the first gap in the last numbers of the names.
-
-    A gap is a step between two numbers that is larger than the smallest step. The result is None if
-    there is no gap, or if a name has no number.
-    """
-    steps = [second - first for first, second in pairwise(list_last_numbers(names))]
-    smallest_step = min(steps, default=0)
-    for pair, step in zip(pairwise(names), steps, strict=False):
-        if step != smallest_step:
-            return pair
-    return None
 
 
 def _join_names(names: Sequence[str]) -> str:

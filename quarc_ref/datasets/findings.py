@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 UNEVEN_LENGTHS = "uneven-lengths"
+FRAME_NUMBERS = "frame-numbers"
 _MAX_NAMES = 5
 
 

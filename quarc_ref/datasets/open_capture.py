@@ -25,7 +25,7 @@ from quarc_ref.datasets.errors import (
     UnreadableVideoError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.findings import format_names
+from quarc_ref.datasets.findings import FRAME_NUMBERS, Finding, format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
@@ -169,18 +169,24 @@ def _synchronize(
     )
     if synchronized_pictures.frame_count < 1:
         _reject_start(path, footage, offsets, start)
-    findings = [*footage.findings, compare_rotations(names, footage.source.rotations)]
+    findings = [
+        *(finding for finding in footage.findings if not _is_resolved(finding, offsets)),
+        compare_rotations(names, footage.source.rotations),
+    ]
     if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
         lengths = footage.source.lengths
         findings.append(compare_lengths(names, lengths, list(offsets.values())))
-    footage = replace(
-        footage, findings=tuple(finding for finding in findings if finding is not None)
-    )
+    footage = replace(footage, findings=tuple(filter(None, findings)))
     if any(offsets.values()):
         footage = replace(
             footage, description_files=(*footage.description_files, path / NOTES_NAME)
         )
     return footage, synchronized_pictures
+
+
+def _is_resolved(finding: Finding, offsets: Mapping[str, int]) -> bool:
+    """Return whether the offsets in the notes decide what a finding asks."""
+    return finding.kind == FRAME_NUMBERS and any(offsets.values())
 
 
 def _reject_start(path: Path, footage: Footage, offsets: Mapping[str, int], start: int) -> NoReturn:

@@ -21,6 +21,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.colmap_cameras import make_lens
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.layouts.colmap_sizes import require_complete_files
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
@@ -60,6 +61,7 @@ def read_colmap(folder: Path) -> Footage:
         description_files=tuple(
             path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
         ),
+        findings=compare_first_numbers([camera.name for camera in cameras], source),
     )
 
 

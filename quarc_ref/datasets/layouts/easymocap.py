@@ -18,6 +18,7 @@ from quarc_ref.datasets.arrangements import find_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, Lens, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.opencv_yaml import Node, parse_yaml
 from quarc_ref.datasets.pictures import Size
@@ -49,7 +50,8 @@ def read_easymocap(folder: Path) -> Footage:
         except ValueError as error:
             message = f"{folder}: camera {name} in intri.yml or extri.yml: {error}"
             raise UnreadablePoseError(message) from error
-    return Footage(tuple(cameras), source, points=None, description_files=paths)
+    findings = compare_first_numbers(names, source)
+    return Footage(tuple(cameras), source, points=None, description_files=paths, findings=findings)
 
 
 def _read_matrices(path: Path) -> Matrices:

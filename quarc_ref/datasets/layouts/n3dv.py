@@ -29,6 +29,7 @@ from quarc_ref.datasets.errors import (
 )
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.points_ply import read_points_ply
@@ -62,7 +63,7 @@ def read_n3dv(folder: Path) -> Footage:
         source=source,
         points=read_points_ply(points_path) if points_path else None,
         description_files=(poses_path, points_path) if points_path else (poses_path,),
-        findings=_compare_orders(names),
+        findings=(*_compare_orders(names), *compare_first_numbers(names, source)),
     )
 
 

@@ -24,6 +24,7 @@ from quarc_ref.datasets.arrangements import (
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
 
 _CAMERA_KINDS = ("hd", "vga")
@@ -45,11 +46,13 @@ def read_panoptic(folder: Path) -> Footage:
         files = _list_files(folder, kind)
         names = sorted(cameras[kind].keys() & files.keys(), key=natural_order)
         if names:
+            source = open_pictures([files[name] for name in names])
             return Footage(
                 cameras=tuple(cameras[kind][name] for name in names),
-                source=open_pictures([files[name] for name in names]),
+                source=source,
                 points=None,
                 description_files=(path,),
+                findings=compare_first_numbers(names, source),
             )
     message = (
         f"{folder} has no hdVideos/hd_00_00.mp4, hdImgs/00_00/00_00_00000000.jpg, vgaVideos "

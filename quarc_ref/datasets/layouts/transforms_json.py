@@ -12,12 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
-from quarc_ref.datasets.arrangements import (
-    VIDEO_SUFFIXES,
-    find_gap,
-    list_last_numbers,
-    open_pictures,
-)
+from quarc_ref.datasets.arrangements import VIDEO_SUFFIXES, open_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import (
@@ -27,6 +22,7 @@ from quarc_ref.datasets.errors import (
     UnreadablePoseError,
 )
 from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.frame_numbers import find_gap, list_last_numbers
 from quarc_ref.datasets.layouts.transforms_entries import Entry, Transforms, read_transforms
 from quarc_ref.datasets.masks import FileMasks
 from quarc_ref.datasets.named_files import NamedFileResolver

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.calibration.recordings import find_recordings
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingCameraError,
@@ -13,6 +14,7 @@ from quarc_ref.datasets.errors import (
     UnknownLayoutError,
 )
 from quarc_ref.datasets.layouts.table import LAYOUTS, choose_layout
+from quarc_ref.datasets.open_capture import open_capture
 from tests.datasets.layouts.builders import BUILDERS, write_model, write_poses
 
 JPEG_LEVELS = 1.0  # of 255, by which JPEG changes pictures on average
@@ -157,6 +159,35 @@ def test_two_files_of_one_picture_are_rejected(traced_capture, tmp_path, pattern
 
     with pytest.raises(CountMismatchError, match=r"two pictures of the same frame, (\w+).jpg and"):
         read(tmp_path)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["n3dv_picture_folders", "colmap_folders", "easymocap", "panoptic_pictures"],
+)
+def test_a_camera_that_lacks_its_first_picture_is_named(built, tmp_path, name):
+    folder = shutil.copytree(built(name), tmp_path / "copy")
+    footage = read(folder)
+    camera, (first_path, *_) = footage.cameras[1].name, footage.source.paths[1]
+    first_path.unlink()
+
+    (finding,) = read(folder).findings
+    assert (finding.kind, finding.cameras) == ("frame-numbers", (camera,))
+    assert f"{camera} begin with number 1, and those of other cameras with 0" in finding.message
+    assert f'("offsets": {{"{camera}": -1}})' in finding.message
+    assert footage.findings == ()
+
+
+def test_offsets_resolve_a_finding_about_numbers(built, tmp_path):
+    folder = shutil.copytree(built("n3dv_picture_folders"), tmp_path / "copy")
+    (folder / "cam01" / "0000.png").unlink()
+    kinds = [finding.kind for finding in open_capture(folder).findings]
+    write_capture_notes(folder / NOTES_NAME, CaptureNotes({"cam01": -1}))
+    resolved_capture = open_capture(folder)
+
+    assert "frame-numbers" in kinds
+    assert resolved_capture.findings == ()
+    assert resolved_capture.full_capture.frame_count == len(read(folder).source.paths[1])
 
 
 def test_a_gap_among_the_pictures_of_a_camera_is_named(built, tmp_path):
