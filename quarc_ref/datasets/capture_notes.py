@@ -192,7 +192,7 @@ def _parse_number(value: object, label: str) -> float:
 
 def _normalize_direction(up: Direction) -> Direction:
     largest = max(map(abs, up))
-    if not (math.isfinite(sum(up)) and 0 < largest < math.inf):
+    if not (all(map(math.isfinite, up)) and largest > 0):
         message = f"'up' is {list(up)}; it must consist of finite numbers that are not all 0"
         raise ValueError(message)
     x, y, z = (number / largest for number in up)  # scaled so that no square overflows

@@ -81,3 +81,10 @@ def test_malformed_notes_are_rejected_by_name(tmp_path, text, error):
 
     with pytest.raises(UnreadableNotesError, match=error):
         read_capture_notes(tmp_path)
+
+
+def test_any_finite_direction_can_be_up():
+    huge, tiny = CaptureNotes(up=(0, 1e308, 1e308)).up, CaptureNotes(up=(0, 5e-324, 0)).up
+
+    assert huge == pytest.approx((0, 0.5**0.5, 0.5**0.5))
+    assert tiny == (0, 1, 0)
