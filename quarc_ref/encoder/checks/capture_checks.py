@@ -83,6 +83,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         )
         raise UnusableCaptureError(message)
     return [
+        *_find_black_masks(capture),
         *_find_distant_origin(projected, capture.points),
         *_find_points_outside_views(projected),
         *_find_blind_cameras(projected),
@@ -100,6 +101,17 @@ def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _Proje
     projections = tuple(project_points(camera, positions) for camera in cameras)
     is_visible = np.stack([projection.is_visible for projection in projections])
     return _ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
+
+
+def _find_black_masks(capture: Capture) -> Iterator[Finding]:
+    masks = {capture.cameras[index].name: capture.mask(index, 0) for index in capture.training}
+    names = tuple(name for name, mask in masks.items() if mask is not None and not mask.any())
+    if names:
+        message = (
+            f"the masks of {format_names(names)} are completely black in frame 0, so these cameras "
+            "are not used there: check the masks, in which white pixels are used"
+        )
+        yield Finding("mask-black", message, names)
 
 
 def _find_distant_origin(projected: _ProjectedPoints, points: Points) -> Iterator[Finding]:

@@ -1,3 +1,4 @@
+import copy
 from dataclasses import replace
 
 import numpy as np
@@ -55,6 +56,25 @@ def _list_kinds(capture):
 @pytest.mark.parametrize("variant", _VARIANTS)
 def test_an_honest_variant_has_no_findings(trace_capture, variant):
     assert check_capture(trace_capture(variant=variant)) == []
+
+
+class BlackMask:
+    """Masks that exclude all pixels of one camera."""
+
+    def __init__(self, camera):
+        self._camera = camera
+
+    def read(self, camera, _frame):
+        return np.zeros((72, 96), dtype=bool) if camera == self._camera else None
+
+
+def test_a_black_mask_of_a_training_camera_is_reported(correct_capture):
+    training, held_out = copy.copy(correct_capture), copy.copy(correct_capture)
+    training.masks, held_out.masks = BlackMask(2), BlackMask(0)
+
+    (finding,) = check_capture(training)
+    assert (finding.kind, finding.cameras) == ("mask-black", ("cam02",))
+    assert check_capture(held_out) == []
 
 
 @pytest.mark.parametrize("cameras", [4, 8, thorough(13), thorough(30)])
