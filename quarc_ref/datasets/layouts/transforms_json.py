@@ -7,7 +7,6 @@ gap in the numbers of a camera's names is an error, unless all cameras have the 
 camera is named after the common part of its pictures' paths.
 """
 
-import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -216,7 +215,7 @@ def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
         lambda path: path.stem,
         lambda path: path.parent.name,
         lambda path: path.parent.parent.name,
-        lambda path: re.sub(r"[-_. ]+[0-9]+$", "", path.stem),
+        lambda path: path.stem.rstrip("0123456789").rstrip("-_. "),
     )
     for get_name in name_functions:
         names_by_group = [{get_name(PurePosixPath(path)) for path in group} for group in groups]
