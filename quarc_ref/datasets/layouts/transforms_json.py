@@ -220,6 +220,6 @@ def _name_cameras(groups: Sequence[Sequence[str]]) -> list[str]:
     for get_name in name_functions:
         names_by_group = [{get_name(PurePosixPath(path)) for path in group} for group in groups]
         names = [name for common_names in names_by_group for name in common_names]
-        if len(names) == len(set(names)) == len(groups):
+        if all(names) and len(names) == len(set(names)) == len(groups):
             return names
     return [f"cam{index:02d}" for index in range(len(groups))]

@@ -106,6 +106,18 @@ def test_cameras_are_named_after_the_common_parts_of_their_paths(
     assert [camera.name for camera in read_nerfstudio(tmp_path).cameras] == names
 
 
+def test_no_camera_has_an_empty_name(tmp_path, shots, pictures):
+    patterns = ["{frame:04d}.png", "side/{frame:04d}.png"]
+    entries = []
+    for shot, row, pattern in zip(shots[:2], pictures[:2], patterns, strict=True):
+        for frame, picture in enumerate(row):
+            scenes.write_picture(tmp_path / pattern.format(frame=frame), picture)
+            entries.append(scenes.make_entry(shot, pattern.format(frame=frame)))
+    scenes.write_transforms(tmp_path, {"frames": entries})
+
+    assert [camera.name for camera in read_nerfstudio(tmp_path).cameras] == ["cam00", "cam01"]
+
+
 def test_cameras_are_sorted_by_their_numbers(folder, shots, pictures):
     renamed_shots = scenes.rename_shots(shots, ["cam_10", "cam_2", "cam_1", "cam_0"])
     for shot, new in zip(shots, renamed_shots, strict=True):
