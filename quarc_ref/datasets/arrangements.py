@@ -36,10 +36,14 @@ def is_still(path: Path) -> bool:
 
 
 def list_videos(folder: Path) -> Files:
-    """Return the videos in a folder by camera name, which is the file name without suffix."""
-    return {
-        path.stem: (path,) for path in _list_contents(folder) if is_video(path) and path.is_file()
-    }
+    """Return the videos in a folder by camera name, which is the file name without suffix.
+
+    Raises:
+        CountMismatchError: Two videos differ only in their suffixes.
+    """
+    return _map_by_name(
+        [path for path in _list_contents(folder) if is_video(path) and path.is_file()]
+    )
 
 
 def list_picture_folders(folder: Path, subfolder: str = "") -> Files:
@@ -59,8 +63,12 @@ def list_picture_folders(folder: Path, subfolder: str = "") -> Files:
 
 
 def list_single_pictures(folder: Path) -> Files:
-    """Return the pictures in a folder by camera name, which is the file name without suffix."""
-    return {path.stem: (path,) for path in _list_stills(folder)}
+    """Return the pictures in a folder by camera name, which is the file name without suffix.
+
+    Raises:
+        CountMismatchError: Two pictures differ only in their suffixes.
+    """
+    return _map_by_name(_list_stills(folder))
 
 
 def list_frame_folders(folder: Path) -> Files:
@@ -196,6 +204,20 @@ def _list_contents(folder: Path) -> list[Path]:
 
 def _list_stills(folder: Path) -> list[Path]:
     return [path for path in _list_contents(folder) if is_still(path) and path.is_file()]
+
+
+def _map_by_name(paths: Sequence[Path]) -> Files:
+    """Return the only file of each camera by the camera's name."""
+    path_by_name: dict[str, Path] = {}
+    for path in paths:
+        other_path = path_by_name.setdefault(path.stem, path)
+        if other_path is not path:
+            message = (
+                f"{path.parent} has two files of camera {path.stem}, {other_path.name} and "
+                f"{path.name}: remove one of them"
+            )
+            raise CountMismatchError(message)
+    return {name: (path,) for name, path in path_by_name.items()}
 
 
 def _require_distinct_names(paths: Sequence[Path]) -> None:

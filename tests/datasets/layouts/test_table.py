@@ -161,6 +161,20 @@ def test_two_files_of_one_picture_are_rejected(traced_capture, tmp_path, pattern
         read(tmp_path)
 
 
+@pytest.mark.parametrize("pattern", ["{name}.mp4", "images/{name}.png"])
+def test_two_files_of_one_camera_are_rejected(traced_capture, tmp_path, pattern):
+    write_poses(traced_capture, tmp_path)
+    for name in ("cam00", "cam01", "cam02", "cam03"):
+        path = tmp_path / pattern.format(name=name)
+        path.parent.mkdir(exist_ok=True)
+        path.touch()
+    other_suffix = {".mp4": ".mov", ".png": ".jpg"}[path.suffix]
+    path.with_suffix(other_suffix).touch()
+
+    with pytest.raises(CountMismatchError, match=r"two files of camera cam03, cam03.\w+ and cam03"):
+        read(tmp_path)
+
+
 @pytest.mark.parametrize(
     "name",
     ["n3dv_picture_folders", "colmap_folders", "easymocap", "panoptic_pictures"],
