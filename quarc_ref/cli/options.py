@@ -138,6 +138,16 @@ Frames = Annotated[
         help="Frames A to B - 1; A without a colon selects a single frame. Default: all frames.",
     ),
 ]
+FrameRate = Annotated[
+    float | None,
+    typer.Option(
+        "--fps",
+        min=1e-3,
+        max=1e3,
+        help="Frames per second.",
+        show_default="from the source, else 30",
+    ),
+]
 CaptureFolder = Annotated[
     Path,
     typer.Argument(

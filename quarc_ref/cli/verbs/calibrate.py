@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
-from quarc_ref.cli.options import AsJson, Force, Quiet, check_folder
+from quarc_ref.cli.options import AsJson, Force, FrameRate, Quiet, check_folder
 from quarc_ref.cli.output import (
     TerminalProgress,
     print_columns,
@@ -102,16 +102,7 @@ def calibrate(
             "not at all (none). auto uses sound if all videos have sound, otherwise motion.",
         ),
     ] = "auto",
-    fps: Annotated[
-        float | None,
-        typer.Option(
-            "--fps",
-            min=1e-3,
-            max=1e3,
-            help="Frames per second of all cameras.",
-            show_default="from the videos; 30 for pictures",
-        ),
-    ] = None,
+    fps: FrameRate = None,
     up: Annotated[
         str,
         typer.Option(

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from quarc_ref.cli.errors import UsageError, report_errors
-from quarc_ref.cli.options import AXES, STANDARD_STREAM, AsJson, Force, Quiet, UpAxis
+from quarc_ref.cli.options import AXES, STANDARD_STREAM, AsJson, Force, FrameRate, Quiet, UpAxis
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, print_message
 from quarc_ref.cli.targets import open_output_stream
 
@@ -53,16 +53,7 @@ def import_frames(
             "May be repeated.",
         ),
     ] = None,
-    fps: Annotated[
-        float | None,
-        typer.Option(
-            "--fps",
-            min=1e-3,
-            max=1e3,
-            help="Frames per second.",
-            show_default="from the source, else 30",
-        ),
-    ] = None,
+    fps: FrameRate = None,
     keyframe_interval: Annotated[
         int,
         typer.Option(
