@@ -93,7 +93,7 @@ class FramePipeline:
         closed = Event()
         follow = self.follow and replace(self.follow, stop_event=closed)
         dequantize = engine.make_dequantizer()
-        # A single frame is enough, because converted frames follow.
+        # A single frame is enough, because converted frames are buffered as well.
         decoded_frames = Prefetcher(lambda: self._decode(engine, start, stop, follow), max_items=1)
         return Prefetcher(
             lambda: self._dequantize(decoded_frames, start, stop, dequantize),

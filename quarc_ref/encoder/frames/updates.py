@@ -81,8 +81,8 @@ class TrainedUpdates:
         """Return the weighted rate estimate of the unrounded updates.
 
         The rate is the mean over Gaussians of the sum of ln(1 + magnitude) over their residuals.
-        Residuals that do not reduce the loss enough become 0, also beside large residuals of the
-        same Gaussian, which would hide them in the norm of all residuals.
+        Residuals that reduce the loss too little become 0, even beside large residuals of the same
+        Gaussian. In a norm of all its residuals, they would cost almost nothing.
         """
         residuals = self.leaf * self._is_selected[:, None]
         rate = residuals.abs().log1p().sum(dim=1).mean()
