@@ -45,7 +45,7 @@
 // A pointer is NULL, or the call is invalid now, as for a state before the first frame.
 #define QUARC_MISUSE -3
 
-// An internal error of the decoder; only `quarc_close` may be called after it.
+// An internal error of the decoder. After it, only `quarc_message` and `quarc_close` may be called.
 #define QUARC_BROKEN -4
 
 // Size of a digest in characters, including the terminating zero.

@@ -38,7 +38,7 @@ pub const QUARC_REJECTED: i32 = -1;
 pub const QUARC_LIMIT: i32 = -2;
 /// A pointer is NULL, or the call is invalid now, as for a state before the first frame.
 pub const QUARC_MISUSE: i32 = -3;
-/// An internal error of the decoder; only `quarc_close` may be called after it.
+/// An internal error of the decoder. After it, only `quarc_message` and `quarc_close` may be called.
 pub const QUARC_BROKEN: i32 = -4;
 
 /// Size of a digest in characters, including the terminating zero.
@@ -235,8 +235,11 @@ pub unsafe extern "C" fn quarc_reject_id(decoder: *const DecoderHandle) -> *cons
 #[no_mangle]
 pub unsafe extern "C" fn quarc_message(decoder: *const DecoderHandle) -> *const c_char {
     // SAFETY: guaranteed by the caller.
-    let handle = unsafe { decoder.as_ref() };
-    handle.and_then(|handle| handle.decoder.message()).map_or(ptr::null(), CStr::as_ptr)
+    let Some(handle) = (unsafe { decoder.as_ref() }) else { return ptr::null() };
+    if handle.is_broken {
+        return "internal error of the decoder\0".as_ptr().cast();
+    }
+    handle.decoder.message().map_or(ptr::null(), CStr::as_ptr)
 }
 
 /// Run a function on a decoder and catch panics; `None` from it means misuse.
@@ -286,6 +289,9 @@ mod tests {
             assert_eq!(call(decoder, |_| panic!("a fault, for the test")), QUARC_BROKEN);
             assert_eq!(quarc_pull(decoder, ptr::null_mut()), QUARC_BROKEN);
             assert_eq!(quarc_finish(decoder), QUARC_BROKEN);
+            let message = CStr::from_ptr(quarc_message(decoder)).to_str();
+            assert_eq!(message, Ok("internal error of the decoder"));
+            assert!(quarc_reject_id(decoder).is_null());
             quarc_close(&mut decoder);
         }
         assert!(decoder.is_null());
