@@ -183,7 +183,7 @@ typedef struct {
   // Translation from world to camera, world units.
   float translation[3];
   // Near plane: the smallest visible depth, world units.
-  float near;
+  float near_plane;
 } quarc_camera_info;
 
 // An entry of the metadata (SPEC 5.7).

@@ -215,7 +215,7 @@ pub struct CameraView {
     /// Translation from world to camera, world units.
     pub translation: [f32; 3],
     /// Near plane: the smallest visible depth, world units.
-    pub near: f32,
+    pub near_plane: f32, // Windows defines `near` as a macro
 }
 
 impl CameraView {
@@ -229,7 +229,7 @@ impl CameraView {
             center: camera.center,
             rotation: camera.rotation,
             translation: camera.translation,
-            near: camera.near,
+            near_plane: camera.near,
         }
     }
 }

@@ -32,7 +32,8 @@ fn build(name: &str, link: &[&str]) -> Option<PathBuf> {
     let crate_folder = Path::new(env!("CARGO_MANIFEST_DIR"));
     let player = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
     let built = Command::new(compiler)
-        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic", "-I"])
+        .args(["-std=c99", "-Wall", "-Wextra", "-Werror", "-pedantic"])
+        .args(["-Dnear=", "-Dfar=", "-I"]) // windows.h defines these macros
         .arg(crate_folder.join("include"))
         .arg(crate_folder.join("examples/player.c"))
         .args(link)
