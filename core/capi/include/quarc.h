@@ -285,7 +285,7 @@ const char *quarc_message(const quarc_decoder *decoder);
 quarc_decoder *quarc_open_parts(uint32_t start);
 
 // Pass `length` bytes from `offset` of the stream; they are copied. Returns QUARC_OK, or
-// QUARC_MISUSE if the decoder was not opened for byte ranges.
+// QUARC_MISUSE if the decoder was not opened for byte ranges, or if the bytes end above 2^64 - 1.
 //
 // `decoder` is NULL or open; `bytes` points to `length` bytes, or `length` is 0.
 int32_t quarc_put(quarc_decoder *decoder, uint64_t offset, const uint8_t *bytes, size_t length);
@@ -321,21 +321,27 @@ int32_t quarc_offset(quarc_decoder *decoder, uint64_t *offset);
 int32_t quarc_preview(quarc_decoder *decoder, quarc_state *state, uint32_t *sections);
 
 // Read the index at the end of a complete stream: it has `numbers[0]` frames, of which `numbers[1]`
-// are canonical. The ordinals of the first `room` of these are written to `frames`. QUARC_OK: bytes
-// are missing, or the stream has no INDX. QUARC_FRAME: success. The index is not yet compared with
-// the frames; seeking to a frame reports its errors.
+// are canonical. The ordinals of the first `room` of these are written to `frames`. QUARC_FRAME:
+// success. QUARC_OK: bytes are missing, which `quarc_missing` returns; if it returns none, the stream
+// has no intact INDX, or the decoder was not opened for byte ranges. The index is not yet compared
+// with the frames; seeking to a frame reports its errors.
 //
-// `decoder` is NULL or open; `numbers` has room for two, `frames` for `room` numbers.
-int32_t quarc_index(quarc_decoder *decoder, uint32_t *numbers, uint32_t *frames, size_t room);
+// `decoder` is NULL or open; `numbers` is NULL or has room for two numbers; `frames` has room for
+// `room` numbers, or `room` is 0.
+int32_t quarc_index(quarc_decoder *decoder,
+                    uint32_t *numbers,
+                    uint32_t *frames,
+                    size_t room);
 
 // Get a camera of the stream by its number, from 0, once `quarc_pull` has read `came`: before the
-// first frame, if the stream has it there. Its name is valid until the next `quarc_pull`.
-// Returns QUARC_OK, or QUARC_MISUSE if there is no such camera.
+// first frame, if the stream has it there. Its name is valid until the next `quarc_pull` or
+// `quarc_close`. Returns QUARC_OK, or QUARC_MISUSE if there is no such camera.
 //
 // `decoder` is NULL or open; `camera` is NULL or has room.
 int32_t quarc_camera(quarc_decoder *decoder, size_t number, quarc_camera_info *camera);
 
-// Get a metadata entry of the stream, likewise. Its texts are valid until the next `quarc_pull`.
+// Get a metadata entry of the stream, likewise. Its texts are valid until the next `quarc_pull` or
+// `quarc_close`.
 //
 // `decoder` is NULL or open; `entry` is NULL or has room.
 int32_t quarc_metadata(quarc_decoder *decoder, size_t number, quarc_entry *entry);

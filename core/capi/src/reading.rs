@@ -13,7 +13,7 @@ pub extern "C" fn quarc_open_parts(start: u32) -> *mut DecoderHandle {
 }
 
 /// Pass `length` bytes from `offset` of the stream; they are copied. Returns QUARC_OK, or
-/// QUARC_MISUSE if the decoder was not opened for byte ranges.
+/// QUARC_MISUSE if the decoder was not opened for byte ranges, or if the bytes end above 2^64 - 1.
 ///
 /// `decoder` is NULL or open; `bytes` points to `length` bytes, or `length` is 0.
 #[no_mangle]
@@ -29,6 +29,9 @@ pub unsafe extern "C" fn quarc_put(
         // SAFETY: guaranteed by the caller.
         _ => unsafe { std::slice::from_raw_parts(bytes, length) },
     };
+    if offset.checked_add(length as u64).is_none() {
+        return QUARC_MISUSE;
+    }
     let put = |decoder: &mut AnyDecoder| decoder.put(offset, bytes).then_some(QUARC_OK);
     // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, put) }
@@ -97,11 +100,13 @@ pub unsafe extern "C" fn quarc_preview(
 }
 
 /// Read the index at the end of a complete stream: it has `numbers[0]` frames, of which `numbers[1]`
-/// are canonical. The ordinals of the first `room` of these are written to `frames`. QUARC_OK: bytes
-/// are missing, or the stream has no INDX. QUARC_FRAME: success. The index is not yet compared with
-/// the frames; seeking to a frame reports its errors.
+/// are canonical. The ordinals of the first `room` of these are written to `frames`. QUARC_FRAME:
+/// success. QUARC_OK: bytes are missing, which `quarc_missing` returns; if it returns none, the stream
+/// has no intact INDX, or the decoder was not opened for byte ranges. The index is not yet compared
+/// with the frames; seeking to a frame reports its errors.
 ///
-/// `decoder` is NULL or open; `numbers` has room for two, `frames` for `room` numbers.
+/// `decoder` is NULL or open; `numbers` is NULL or has room for two numbers; `frames` has room for
+/// `room` numbers, or `room` is 0.
 #[no_mangle]
 pub unsafe extern "C" fn quarc_index(
     decoder: *mut DecoderHandle,
@@ -111,11 +116,11 @@ pub unsafe extern "C" fn quarc_index(
 ) -> i32 {
     let tell = |decoder: &mut AnyDecoder| {
         let Ok(Some((tail, points))) = decoder.find_index() else { return Some(QUARC_OK) };
-        if numbers.is_null() || frames.is_null() {
+        if frames.is_null() && room > 0 {
             return None;
         }
         // SAFETY: guaranteed by the caller.
-        unsafe { numbers.cast::<[u32; 2]>().write([tail.frame_count, points.len() as u32]) };
+        unsafe { write(numbers.cast(), [tail.frame_count, points.len() as u32])? };
         for (place, point) in points.iter().take(room).enumerate() {
             // SAFETY: guaranteed by the caller.
             unsafe { frames.add(place).write(point.frame) };
@@ -127,8 +132,8 @@ pub unsafe extern "C" fn quarc_index(
 }
 
 /// Get a camera of the stream by its number, from 0, once `quarc_pull` has read `came`: before the
-/// first frame, if the stream has it there. Its name is valid until the next `quarc_pull`.
-/// Returns QUARC_OK, or QUARC_MISUSE if there is no such camera.
+/// first frame, if the stream has it there. Its name is valid until the next `quarc_pull` or
+/// `quarc_close`. Returns QUARC_OK, or QUARC_MISUSE if there is no such camera.
 ///
 /// `decoder` is NULL or open; `camera` is NULL or has room.
 #[no_mangle]
@@ -146,7 +151,8 @@ pub unsafe extern "C" fn quarc_camera(
     unsafe { call(decoder, show) }
 }
 
-/// Get a metadata entry of the stream, likewise. Its texts are valid until the next `quarc_pull`.
+/// Get a metadata entry of the stream, likewise. Its texts are valid until the next `quarc_pull` or
+/// `quarc_close`.
 ///
 /// `decoder` is NULL or open; `entry` is NULL or has room.
 #[no_mangle]

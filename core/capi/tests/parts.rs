@@ -92,6 +92,17 @@ fn the_end_of_byte_ranges_is_declared_by_their_limit() {
 }
 
 #[test]
+fn bytes_beyond_the_last_offset_are_refused() {
+    unsafe {
+        let mut decoder = quarc_open_parts(0);
+        assert_eq!(quarc_put(decoder, u64::MAX, [0; 2].as_ptr(), 2), QUARC_MISUSE);
+        assert_eq!(quarc_put(decoder, u64::MAX - 2, [0; 2].as_ptr(), 2), QUARC_OK);
+        assert_eq!(quarc_pull(decoder, null_mut()), QUARC_OK);
+        quarc_close(&mut decoder);
+    }
+}
+
+#[test]
 fn the_end_of_a_stream_lists_its_frames() {
     let stream = read("journey");
     let mut decoder = quarc_open_parts(0);
@@ -103,6 +114,11 @@ fn the_end_of_a_stream_lists_its_frames() {
         quarc_put(decoder, 0, stream.as_ptr(), stream.len());
         quarc_limit(decoder, stream.len() as u64);
         assert_eq!(ask(), QUARC_FRAME);
+        let mut count = [0; 2]; // without room, the numbers alone
+        assert_eq!(quarc_index(decoder, count.as_mut_ptr(), null_mut(), 0), QUARC_FRAME);
+        assert_eq!(count, numbers);
+        assert_eq!(quarc_index(decoder, count.as_mut_ptr(), null_mut(), 1), QUARC_MISUSE);
+        assert_eq!(quarc_index(decoder, null_mut(), null_mut(), 0), QUARC_MISUSE);
         quarc_close(&mut decoder);
     }
     assert_eq!(numbers[0], 9);
