@@ -1,6 +1,7 @@
 /* Decodes a stream and prints "frame gaussians sha256" for every frame.
  *
- *   cc player.c -I../include -L../../target/release -lquarc_capi -o player && ./player FILE
+ *   cc player.c -I../include ../../target/release/libquarc_capi.a -lpthread -ldl -lm -o player
+ *   ./player FILE
  */
 #include <inttypes.h>
 #include <stdio.h>

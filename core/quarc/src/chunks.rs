@@ -175,7 +175,7 @@ pub fn build_chunk(kind: Kind, sequence: u32, payload: &[u8]) -> Result<Vec<u8>>
 pub struct ChunkOrder {
     /// Byte offset of the next chunk.
     pub offset: u64,
-    /// Sequence number of the next chunk; `None` after the last possible number.
+    /// Sequence number of the next chunk; 2^32, which no chunk has, after the last possible number.
     pub sequence: u64,
     before: Option<Kind>,
     limit: u32,

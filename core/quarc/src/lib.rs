@@ -1,5 +1,15 @@
 //! Bit-exact decoder and encoder of `.quarc` streams (SPEC.md 1.1).
 //!
+//! To decode a stream, start with one of these types; each returns the [`State`](state::State) of
+//! every frame, which a [`Dequantizer`](floats::Dequantizer) converts to floats:
+//!
+//! - [`Decoder`](stream::Decoder): all frames, as the bytes of the stream arrive
+//! - [`SeekDecoder`](seek::SeekDecoder): the frames from a given one on, from a
+//!   [`Source`](source::Source) with random access, such as a file
+//! - [`Recovery`](recover::Recovery): the intact frames of a damaged stream, and its gaps
+//!
+//! With the feature `threads`, a call within a rayon pool uses the threads of the pool.
+//!
 //! The modules follow the order of SPEC. Comments name the clause that a line implements, such as
 //! `[7.4-3]`.
 
