@@ -30,7 +30,7 @@ pub const QUARC_OK: i32 = 0;
 pub const QUARC_FRAME: i32 = 1;
 /// From `quarc_pull`, in recovery: a part of the stream is missing here.
 pub const QUARC_GAP: i32 = 2;
-/// From `quarc_pull`: the stream has ended, and all its checks passed.
+/// From `quarc_pull`: the stream has ended, and except in recovery, all its checks passed.
 pub const QUARC_END: i32 = 3;
 /// The bytes are not a valid stream: `quarc_reject_id` says which rule they break.
 pub const QUARC_REJECTED: i32 = -1;
@@ -98,7 +98,8 @@ pub unsafe extern "C" fn quarc_close(decoder: *mut *mut DecoderHandle) {
 }
 
 /// Pass the next `length` bytes of the stream, in pieces of any size; they are copied.
-/// Decoding happens in `quarc_pull`. Returns QUARC_OK, or QUARC_MISUSE after `quarc_finish`.
+/// Decoding happens in `quarc_pull`. Returns QUARC_OK, or QUARC_MISUSE after `quarc_finish`, or if
+/// the decoder was opened for byte ranges: `quarc_put` passes them.
 ///
 /// `decoder` is NULL or open; `bytes` points to `length` bytes, or `length` is 0.
 #[no_mangle]
@@ -132,8 +133,9 @@ pub unsafe extern "C" fn quarc_finish(decoder: *mut DecoderHandle) -> i32 {
 /// Decode the next frame. QUARC_FRAME: `state` has been filled, unless it is NULL; its pointers
 /// are valid until the next `quarc_pull` or `quarc_close`, and their memory is read-only.
 /// QUARC_GAP: `quarc_gap` describes what is missing. QUARC_OK: push more bytes. QUARC_END: the stream
-/// has ended.
-/// A negative status is an error, which every later call repeats; all frames before it were returned.
+/// has ended; until `quarc_finish`, bytes that are pushed after its end are still rejected.
+/// A negative status is an error, which every later call repeats; all frames before it were returned,
+/// and there is no state any more.
 ///
 /// `decoder` is NULL or open; `state` is NULL or has room.
 #[no_mangle]

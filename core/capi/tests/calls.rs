@@ -167,6 +167,8 @@ fn an_error_is_repeated_by_every_later_call() {
             assert_eq!(text(quarc_reject_id(decoder)).as_deref(), Some("payload-crc"));
             assert!(text(quarc_message(decoder)).expect("a message").contains("payload"));
         }
+        let mut digits = [0; QUARC_DIGEST_SIZE];
+        assert_eq!(quarc_digest(decoder, digits.as_mut_ptr()), QUARC_MISUSE, "no state is left");
         quarc_close(&mut decoder);
     }
 }

@@ -99,6 +99,7 @@ impl<S: Source> Recovery<S> {
             Ok(false) => Ok(self.gaps.pop_front().map(Recovered::Gap)),
             Err(error) => {
                 self.failure = Some(error.clone());
+                self.states.lose();
                 Err(error)
             }
         }

@@ -69,7 +69,10 @@ impl<S: Source> SeekDecoder<S> {
             Ok(false) => Ok(None),
             Err(error) => {
                 // The source may have the bytes later.
-                self.failure = (!matches!(error, Error::Source(_))).then(|| error.clone());
+                if !matches!(error, Error::Source(_)) {
+                    self.failure = Some(error.clone());
+                    self.states.lose();
+                }
                 Err(error)
             }
         }

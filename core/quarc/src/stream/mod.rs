@@ -68,8 +68,12 @@ impl Decoder {
         Self::default()
     }
 
-    /// Append the next bytes of the stream; they are decoded by [`Decoder::pull`].
+    /// Append the next bytes of the stream; they are decoded by [`Decoder::pull`]. After an error,
+    /// they are ignored.
     pub fn push(&mut self, bytes: &[u8]) {
+        if self.failure.is_some() {
+            return;
+        }
         if self.taken >= self.bytes.len() / 2 {
             self.bytes.drain(..self.taken);
             self.taken = 0;
@@ -103,6 +107,7 @@ impl Decoder {
             Ok(false) => Ok(None),
             Err(error) => {
                 self.failure = Some(error.clone());
+                self.states.lose();
                 Err(error)
             }
         }

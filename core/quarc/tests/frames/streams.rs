@@ -7,7 +7,9 @@ use quarc::chunks::{
 };
 use quarc::error::{Error, Reject, Result};
 use quarc::records::{Gaussians, Header};
+use quarc::seek::SeekDecoder;
 use quarc::state::State;
+use quarc::stream::Decoder;
 use quarc::wire::{parse_canonical, parse_frame, parse_header, parse_snapshot};
 use std::sync::Arc;
 
@@ -139,4 +141,29 @@ fn invalid_streams_have_an_expected_reject_id() {
         }
     }
     assert!(rejected > 100, "{rejected} streams were rejected");
+}
+
+#[test]
+fn after_an_error_there_is_no_state_and_bytes_are_ignored() {
+    let mut stream = std::fs::read(suite_file("streams/journey.quarc")).expect("a stream");
+    let last = stream.len() - 1;
+    stream[last] ^= 1;
+    let mut decoder = Decoder::new();
+    decoder.push(&stream);
+    let error = loop {
+        match decoder.pull() {
+            Ok(state) => assert!(state.is_some(), "the stream is complete"),
+            Err(error) => break error,
+        }
+    };
+    assert_eq!(error.reject(), Some(Reject::PayloadCrc));
+    assert!(decoder.state().is_none());
+    let before = format!("{decoder:?}");
+    decoder.push(&stream);
+    assert_eq!(format!("{decoder:?}"), before);
+    assert_eq!(decoder.pull().err(), Some(error));
+
+    let mut decoder = SeekDecoder::new(&stream[..], 4).expect("the end is read last");
+    while decoder.pull().is_ok() {}
+    assert!(decoder.state().is_none());
 }
