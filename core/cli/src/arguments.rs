@@ -19,7 +19,7 @@ quarc: moving Gaussian splats in .quarc streams
   quarc conformance            answer the runner of conformance/: a stream on standard input
       --jobs, --capabilities   many streams in one process; list what is supported
 
-FILE may be `-` for standard input, except with --recover.
+FILE may be `-` for standard input, or a pipe.
 Exit status: 0 success; 1 the stream is rejected or has gaps; 2 any other error; 3 the stream
 exceeds the limits of this decoder.
 ";

@@ -1,16 +1,15 @@
 //! `quarc decode`: write frames as PLY files.
 
 use crate::failure::Failure;
-use crate::files;
+use crate::files::{self, Seekable};
 use crate::ply::build_ply;
 use quarc::error::Error;
 use quarc::floats::Dequantizer;
 use quarc::recover::{Gap, Recovered, Recovery};
 use quarc::seek::SeekDecoder;
-use quarc::source::IoSource;
 use quarc::state::State;
 use quarc::stream::{decode_all, Decoder};
-use std::fs::{self, File};
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -56,9 +55,9 @@ pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
     fs::create_dir_all(&wanted.folder).map_err(|error| Failure::file(&wanted.folder, &error))?;
     let mut written = Written::default();
     let ended = if wanted.recover {
-        recover(files::open_file(&wanted.file)?, wanted, &mut written)
-    } else if wanted.start > 0 && !files::is_standard_input(&wanted.file) {
-        seek(files::open_file(&wanted.file)?, wanted, &mut written)
+        recover(files::open_seekable(&wanted.file)?, wanted, &mut written)
+    } else if wanted.start > 0 && files::is_file(&wanted.file) {
+        seek(files::open_seekable(&wanted.file)?, wanted, &mut written)
     } else {
         let show = |state: &State| write_frame(state, wanted, &mut written);
         decode_all(&mut files::open(&wanted.file)?, &mut Decoder::new(), show)
@@ -79,16 +78,16 @@ pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn seek(file: File, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
-    let mut decoder = SeekDecoder::new(IoSource(file), wanted.start)?;
+fn seek(stream: Seekable, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+    let mut decoder = SeekDecoder::new(stream, wanted.start)?;
     while let Some(state) = decoder.pull()? {
         write_frame(state, wanted, written)?;
     }
     Ok(())
 }
 
-fn recover(file: File, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
-    let mut recovery = Recovery::new(IoSource(file))?;
+fn recover(stream: Seekable, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+    let mut recovery = Recovery::new(stream)?;
     while let Some(found) = recovery.pull()? {
         match found {
             Recovered::Frame(state) => write_frame(state, wanted, written)?,

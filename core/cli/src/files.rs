@@ -1,8 +1,9 @@
 //! Reading of streams and writing of files.
 
 use crate::failure::Failure;
+use quarc::source::IoSource;
 use std::fs::{self, File};
-use std::io::{self, Read, Write};
+use std::io::{self, Cursor, Read, Seek, Write};
 use std::path::Path;
 
 /// Print text on standard output; a reader may close it early.
@@ -15,8 +16,20 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Whether a path means standard input.
-pub fn is_standard_input(path: &Path) -> bool {
+/// A stream with random access.
+pub type Seekable = IoSource<Box<dyn ReadSeek>>;
+
+/// What can be read at any offset.
+pub trait ReadSeek: Read + Seek {}
+
+impl<T: Read + Seek> ReadSeek for T {}
+
+/// Whether a path means a file, which has random access, and not standard input or a pipe.
+pub fn is_file(path: &Path) -> bool {
+    !is_standard_input(path) && path.is_file()
+}
+
+fn is_standard_input(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
 
@@ -28,8 +41,18 @@ pub fn open(path: &Path) -> Result<Box<dyn Read>, Failure> {
     Ok(Box::new(open_file(path)?))
 }
 
-/// Open a stream with random access.
-pub fn open_file(path: &Path) -> Result<File, Failure> {
+/// Open a stream with random access; standard input and pipes are read into memory.
+pub fn open_seekable(path: &Path) -> Result<Seekable, Failure> {
+    if is_file(path) {
+        return Ok(IoSource(Box::new(open_file(path)?)));
+    }
+    let mut stream = Vec::new();
+    let read = open(path)?.read_to_end(&mut stream);
+    read.map_err(|error| Failure::file(path, &error))?;
+    Ok(IoSource(Box::new(Cursor::new(stream))))
+}
+
+fn open_file(path: &Path) -> Result<File, Failure> {
     File::open(path).map_err(|error| Failure::file(path, &error))
 }
 

@@ -6,12 +6,11 @@ use quarc::chunks::{kind_name, CAME, CANO, FRAM, HEAD, INDX, META, SNAP, TAIL};
 use quarc::error::Error;
 use quarc::reader::{Chunk, ChunkReader};
 use quarc::records::Header;
-use quarc::source::{IoSource, Source};
+use quarc::source::Source;
 use quarc::wire::{self, Camera, Metadata};
 use serde_json::{json, Value};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::io::Read;
 use std::path::Path;
 
 /// The summary of a stream.
@@ -34,14 +33,7 @@ struct Sum {
 
 /// Print a summary of a stream, as text or JSON.
 pub fn info(path: &Path, json: bool) -> Result<(), Failure> {
-    let summary = if files::is_standard_input(path) {
-        let mut stream = Vec::new();
-        let read = files::open(path)?.read_to_end(&mut stream);
-        read.map_err(|error| Failure::file(path, &error))?;
-        Summary::of(stream.as_slice())
-    } else {
-        Summary::of(IoSource(files::open_file(path)?))
-    };
+    let summary = Summary::of(files::open_seekable(path)?);
     let name = path.display().to_string();
     let summary = summary.map_err(|error| Failure::Stream(name.clone(), error))?;
     let text = if json { format!("{:#}\n", summary.as_json()) } else { summary.as_text(&name) };
@@ -127,7 +119,7 @@ impl Summary {
         let canonical = self.count(&[CANO, SNAP]);
         let first = self.first_frame.map_or_else(String::new, |first| format!(", from {first} on"));
         let mut say = |what: &str, value: String| {
-            let _ = writeln!(text, "  {what:<12}{value}"); // writing to a String cannot fail
+            let _ = writeln!(text, "  {what:<11} {value}"); // writing to a String cannot fail
         };
         if let Some(header) = &self.header {
             let Header { level, sh_degree, level_count, .. } = header;

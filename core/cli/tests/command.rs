@@ -1,10 +1,15 @@
 //! The `quarc` executable: output, files and exit status.
 
+use quarc::chunks::META;
+use quarc::reader::ChunkReader;
+use quarc::wire::{build_metadata, parse_header};
+use quarc::writer::StreamWriter;
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 fn stream(name: &str) -> PathBuf {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../conformance/streams");
@@ -88,6 +93,23 @@ fn a_stream_is_described() {
 }
 
 #[test]
+fn a_long_metadata_key_is_separate_from_its_value() {
+    let journey = fs::read(stream("journey")).expect("a stream");
+    let mut reader = ChunkReader::new(&journey[..]).expect("the magic");
+    let head = reader.read_chunk().expect("HEAD").expect("HEAD").payload;
+    let (mut writer, mut bytes) =
+        StreamWriter::new(&parse_header(&head).expect("a header")).expect("a header");
+    let metadata = [("x-name-of-a-tool".to_owned(), "value".to_owned())];
+    let payload = build_metadata(&metadata).expect("it fits");
+    bytes.extend(writer.write(META, &payload).expect("it fits"));
+    bytes.extend(writer.finish().expect("it fits"));
+    let path = folder("metadata").join("named.quarc");
+    fs::write(&path, bytes).expect("room");
+    let said = quarc(&["info".as_ref(), path.as_os_str()]).stdout;
+    assert!(String::from_utf8_lossy(&said).contains("  x-name-of-a-tool value\n"));
+}
+
+#[test]
 fn all_frames_are_written_completely() {
     let folder = folder("frames");
     let mut arguments = vec!["decode".into(), stream("journey").into_os_string()];
@@ -130,4 +152,32 @@ fn recovery_writes_intact_frames_and_reports_gaps() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("frames lost: unknown: truncated"), "{said}");
     assert!(names(&frames).len() >= 7);
+}
+
+/// Standard input is a pipe here; /dev/stdin is a pipe with a path.
+#[cfg(unix)]
+#[test]
+fn pipes_are_read_like_files() {
+    for (number, name) in ["-", "/dev/stdin"].into_iter().enumerate() {
+        let run = |arguments: &[&str]| {
+            let mut command = Command::new(env!("CARGO_BIN_EXE_quarc"));
+            command.args([arguments[0], name]).args(&arguments[1..]);
+            let pipes = command.stdin(Stdio::piped()).stdout(Stdio::piped());
+            let mut child = pipes.stderr(Stdio::piped()).spawn().expect("it starts");
+            let bytes = fs::read(stream("journey")).expect("a stream");
+            child.stdin.take().expect("a pipe").write_all(&bytes).expect("it reads");
+            let output = child.wait_with_output().expect("it ends");
+            assert_eq!(output.status.code(), Some(0), "{output:?}");
+            output.stdout
+        };
+        assert!(run(&["verify"]).starts_with(format!("{name}: 9 frames").as_bytes()));
+        let said: Value = serde_json::from_slice(&run(&["info", "--json"])).expect("JSON");
+        assert_eq!(said["frames"], 9);
+        let folder = folder(&format!("pipe-{number}"));
+        let path = folder.to_str().expect("UTF-8");
+        run(&["decode", "-o", path, "--start", "8"]);
+        assert_eq!(names(&folder), ["frame-00000008.ply"]);
+        run(&["decode", "-o", path, "--recover"]);
+        assert_eq!(names(&folder).len(), 9);
+    }
 }
