@@ -90,7 +90,7 @@ MUTANTS = (
     make_mutant(
         "unknown major versions are accepted",
         _WIRE_FILE,
-        "if version.version_major != constants.VERSION_MAJOR:",
+        "if len(payload) > 1 and payload[0] != constants.VERSION_MAJOR:",
         "if False:",
     ),
     make_mutant(

@@ -71,13 +71,13 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
         FieldError: A field is out of range, or missing.
         TrailingDataError: Bytes follow the last field.
     """
-    version = _parse(VERSION, payload[: VERSION.sizeof()])
-    if version.version_major != constants.VERSION_MAJOR:  # [12-1] [5.3-1]
+    # [12-1] [5.3-1] The other fields of another version are unknown, even if they exist.
+    if len(payload) > 1 and payload[0] != constants.VERSION_MAJOR:
         message = (
-            f"version {version.version_major}.{version.version_minor}; "
-            f"this decoder reads {constants.VERSION_MAJOR}.x"
+            f"version {payload[0]}.{payload[1]}; this decoder reads {constants.VERSION_MAJOR}.x"
         )
         raise UnsupportedVersionError(message)
+    version = _parse(VERSION, payload[: VERSION.sizeof()])
     if version.incompatible_features & ~constants.KNOWN_INCOMPATIBLE_FEATURES:  # [12-2] [12-3]
         message = f"incompatible features {version.incompatible_features:#x} are not supported"
         raise UnsupportedFeatureError(message)

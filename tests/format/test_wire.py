@@ -72,6 +72,11 @@ def test_another_major_version_is_rejected_by_its_reject_id(major):
         wire.parse_stream_header(bytes(data) + b"fields that this version does not know")
 
 
+def test_the_version_is_checked_before_any_other_field():
+    with pytest.raises(UnsupportedVersionError, match=r"version 2\.3"):
+        wire.parse_stream_header(b"\2\3")
+
+
 def test_a_later_minor_version_is_read():
     data = bytearray(wire.build_stream_header(StreamHeader()))
     data[1] = constants.VERSION_MINOR + 1
