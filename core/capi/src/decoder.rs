@@ -174,9 +174,10 @@ impl AnyDecoder {
         }
         let pulled = self.try_pull();
         match (&self.way, &pulled) {
-            (Way::Reading(..), Err(Error::Source(_))) => {
+            (Way::Reading(parts, ..), Err(Error::Source(_))) => {
                 // If the length is unknown, do not wait for bytes after TAIL.
-                let is_over = self.stream().map_or(false, |stream| stream.tail().is_some());
+                let is_past_tail = self.stream().map_or(false, |stream| stream.tail().is_some());
+                let is_over = is_past_tail && !parts.0.borrow().is_whole;
                 return Ok(if is_over { Pulled::End } else { Pulled::More });
             }
             (_, Err(error)) => self.failure = Some(Failure::new(error.clone())),

@@ -92,6 +92,33 @@ fn the_end_of_byte_ranges_is_declared_by_their_limit() {
 }
 
 #[test]
+fn bytes_after_the_end_are_rejected_if_the_length_is_known() {
+    let mut stream = read("journey");
+    stream.push(0);
+    for (is_known, due) in [(true, QUARC_REJECTED), (false, QUARC_END)] {
+        let mut decoder = quarc_open_parts(0);
+        unsafe {
+            if is_known {
+                quarc_limit(decoder, stream.len() as u64);
+            }
+            let status = loop {
+                let status = quarc_pull(decoder, null_mut());
+                let mut range = [0; 2];
+                if status == QUARC_OK {
+                    assert_eq!(quarc_missing(decoder, range.as_mut_ptr()), QUARC_OK);
+                    let bytes = &stream[range[0] as usize..range[1] as usize];
+                    quarc_put(decoder, range[0], bytes.as_ptr(), bytes.len());
+                } else if status != QUARC_FRAME {
+                    break status;
+                }
+            };
+            assert_eq!(status, due);
+            quarc_close(&mut decoder);
+        }
+    }
+}
+
+#[test]
 fn bytes_beyond_the_last_offset_are_refused() {
     unsafe {
         let mut decoder = quarc_open_parts(0);
