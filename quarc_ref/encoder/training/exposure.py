@@ -3,8 +3,8 @@
 The cameras of a rig differ in exposure and white balance. Without correction, training
 models the differences as view-dependent color, which is wrong for novel views. Every
 training camera therefore has gains for red, green and blue, and training uses pictures
-corrected to the mean gain of all cameras. The stream contains no gains; its scene has the
-mean exposure.
+corrected to the median gain of all cameras. The stream contains no gains; its scene has the
+median exposure, which is close to that of most cameras even if a few differ greatly.
 """
 
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ _MIN_ENERGY = 1e-6
 
 
 class Exposures:
-    """Color gains of the training views, normalized to a mean of 1.
+    """Color gains of the training views, normalized to a median of 1.
 
     Args:
         view_count: Number of training views.
@@ -67,8 +67,8 @@ class Exposures:
         self._corrected_pictures = WeakTensorKeyDictionary()
 
     def _normalize_gains(self) -> None:
-        """Normalize the mean gain to 1 and clear the cache of corrected pictures."""
-        self.gains /= self.gains.mean(dim=0)
+        """Normalize the median gain to 1 and clear the cache of corrected pictures."""
+        self.gains /= self.gains.quantile(0.5, dim=0)
         self._corrected_pictures = WeakTensorKeyDictionary()
 
 

@@ -45,9 +45,9 @@ def test_gains_are_bounded():
 
 
 @pytest.mark.parametrize("has_initial_estimate", [False, True])
-def test_the_gains_of_the_views_are_found_and_their_mean_is_one(has_initial_estimate):
+def test_the_gains_of_the_views_are_found_and_their_median_is_one(has_initial_estimate):
     exposures = Exposures(3, _CPU)
-    gains = torch.tensor([0.9, 1.0, 1.1])
+    gains = torch.tensor([0.9, 1.0, 1.4])
     pairs = [(_make_image(view), _make_image(view) * gain) for view, gain in enumerate(gains)]
 
     if has_initial_estimate:
@@ -57,7 +57,7 @@ def test_the_gains_of_the_views_are_found_and_their_mean_is_one(has_initial_esti
             exposures.update_gain(view, image, picture, weight=0.2)
 
     assert torch.allclose(exposures.gains, gains[:, None].expand(3, 3), atol=2e-3)
-    assert torch.allclose(exposures.gains.mean(dim=0), torch.ones(3))
+    assert torch.allclose(exposures.gains.median(dim=0).values, torch.ones(3))
     corrected = exposures.correct(pairs[2][1], 2)
     assert torch.allclose(corrected, pairs[2][0], atol=2e-3)
 
