@@ -171,6 +171,18 @@ test("a live stream is followed to its end", async () => {
   growthTimers.forEach(clearTimeout);
 });
 
+test("failures of requests for a live stream do not add up while other requests succeed", async (context) => {
+  const stream = readVector("streams/journey");
+  await using server = await StreamServer.start(stream.subarray(0, 900));
+  const { fetch } = globalThis;
+  let requestCount = 0;
+  context.mock.method(globalThis, "fetch", (...request: Parameters<typeof fetch>) => {
+    if (++requestCount === 13) server.grow(stream);
+    return requestCount % 2 === 0 ? Promise.reject(new TypeError("offline")) : fetch(...request);
+  });
+  assert.deepEqual(await readSource({ url: server.url, isLive: true }), await decodeDirectly(stream));
+});
+
 async function readInfo(name: string): Promise<StreamInfo> {
   await using server = await StreamServer.start(readVector(`streams/${name}`));
   const reportedInfos: StreamInfo[] = [];

@@ -2,7 +2,7 @@
 
 import type { StreamSource } from "../protocol.js";
 
-const MAX_RETRIES = 4; // consecutive failures without a received byte
+const MAX_RETRIES = 4; // consecutive failures without a received byte or a complete response
 const RETRY_PAUSE_MS = 100;
 const LIVE_POLL_MS = 500;
 
@@ -44,6 +44,7 @@ export class HttpSource {
           failures = 0;
           yield piece;
         }
+        failures = 0; // the current end of a live stream has no bytes
         if (this.isLive) await sleep(LIVE_POLL_MS, signal);
         else if (this.size !== null || nextOffset === firstOffset) return;
       } catch (error) {
