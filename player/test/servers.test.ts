@@ -145,6 +145,23 @@ browserTest("a stream that is too large for the graphics card is reported", asyn
   assert.ok(await page.page.locator("quarc-player .fault").isVisible());
 });
 
+browserTest("a failure of the sort worker is reported", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const fault = await page.page.evaluate(async () => {
+    const { postMessage } = Worker.prototype;
+    Worker.prototype.postMessage = function (request: { kind: string }, ...rest: unknown[]) {
+      if (request.kind !== "frame") return Reflect.apply(postMessage, this, [request, ...rest]);
+      setTimeout(() => this.dispatchEvent(new ErrorEvent("error", { message: "allocation failed" })));
+    };
+    const player = document.createElement("quarc-player") as PlayerElement;
+    player.setAttribute("src", "stream.quarc");
+    const failed = new Promise<PlayerFault>((resolve) => player.addEventListener("error", ({ detail }) => resolve(detail)));
+    document.body.append(player);
+    return failed;
+  });
+  assert.deepEqual([fault.kind, fault.message], ["limit", "allocation failed"]);
+});
+
 browserTest("shaders that do not compile are reported, also after the graphics context was lost", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

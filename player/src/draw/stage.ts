@@ -57,6 +57,8 @@ export class Stage {
     this.#events = events;
     const { signal } = this.#abortController;
     this.#sorter.addEventListener("message", ({ data }) => this.#handleSortReply(data as SortReply), { signal });
+    const reportFailure = ({ message }: ErrorEvent): void => events.onFault(message || "the sort worker could not be started");
+    this.#sorter.addEventListener("error", reportFailure, { signal });
     canvas.addEventListener("webglcontextlost", (event) => this.#handleContextLost(event), { signal });
     canvas.addEventListener("webglcontextrestored", () => this.#handleContextRestored(), { signal });
     onScreenResize(canvas, () => this.#requestDrawing(), signal);
