@@ -162,12 +162,14 @@ export class Playback {
 
   /** Update the state after a packet has appeared on the screen. */
   noteShown(packet: FramePacket): void {
-    const isOutdated = packet.run < this.#link.run && this.#isBeforeFirstFrame; // a seek has started since then
-    if (!isOutdated && !packet.isPreview) {
+    if (!packet.isPreview && this.#extent.info !== null) { // info is null if the packet belongs to the previous stream
       this.#shownFrame = packet.frame;
       this.#shownRun = packet.run;
-      this.#seekTarget = null;
-      this.#seekToNextTarget();
+      const isOutdated = packet.run < this.#link.run && this.#isBeforeFirstFrame; // a seek has started since then
+      if (!isOutdated) {
+        this.#seekTarget = null;
+        this.#seekToNextTarget();
+      }
     }
     this.#scheduleNext();
   }

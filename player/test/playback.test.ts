@@ -232,6 +232,19 @@ browserTest("a seek and the seeks that it replaces resolve when its frame is sho
   assert.deepEqual(shown, { first: [7, 7], next: [8, 7, 15], last: 9, frame: 9 });
 });
 
+browserTest("frame is the ordinal of the frame on the screen, also after a seek has begun", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil(({ frame, player }) => frame === 0 && (player?.bufferedTo ?? 0) > 1);
+  const shown = await page.run(async (player) => {
+    const frames: (number | null)[][] = [];
+    player.addEventListener("frame", ({ detail }) => frames.push([detail.frame, player.frame]));
+    void player.step(); // frame 1 is still being sorted when the seek begins
+    await player.setFrame(20);
+    return frames;
+  });
+  assert.deepEqual(shown, [[1, 1], [20, 20]]);
+});
+
 browserTest("a seek and the opening of a stream survive the loss of the graphics context", async () => {
   await using page = await PlayerPage.open({ bitsPerSecond: 400_000 });
   await page.waitUntil((player) => player.frame === 0);
