@@ -25,7 +25,7 @@ export class Player extends PlayerEventTarget {
   readonly #playback: Playback;
   readonly #viewer: Viewer;
   readonly #controls: Controls | null;
-  readonly #recorder = new Recorder();
+  #recorder = new Recorder();
   readonly #pendingPromises = new PendingPromises();
   #requestedCamera: string | null = null;
   #isSceneMeasured = false;
@@ -66,7 +66,7 @@ export class Player extends PlayerEventTarget {
    */
   open(source: StreamSource, { frame = null }: OpenOptions = {}): Promise<StreamInfo> {
     this.#isSceneMeasured = false;
-    this.#recorder.receivedBytes = 0;
+    this.#recorder = new Recorder();
     const promise = this.#pendingPromises.waitForOpen();
     this.#playback.open(source, frame);
     this.#handleStateChange();

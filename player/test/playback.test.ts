@@ -341,9 +341,10 @@ browserTest("a program draws on its own canvas, and receives errors", async () =
       if (!(error instanceof StreamError)) throw error;
       return (error as { fault: unknown }).fault;
     });
+    const laterStatistics = player.statistics; // not those of the stream before
     const lost = player.takePicture(cameras[0]).catch((error: Error) => error.name);
     player.dispose();
-    return { title: info.metadata.title, statistics, currentTime, duration, names, fault, lost: await lost };
+    return { title: info.metadata.title, statistics, currentTime, duration, names, fault, laterStatistics, lost: await lost };
   });
   assert.equal(picture.title, "a ball in a room");
   assert.deepEqual([picture.currentTime, picture.duration], [0.5, 0.8]);
@@ -353,4 +354,5 @@ browserTest("a program draws on its own canvas, and receives errors", async () =
   assert.ok(receivedBytes > 60_000);
   assert.equal(frameBytes, null, "the size is unknown directly after a seek");
   assert.deepEqual([picture.fault.kind, picture.fault.rejectId, picture.lost], ["network", null, "DrawingError"]);
+  assert.equal(picture.laterStatistics, null);
 });
