@@ -21,6 +21,8 @@ import { Viewer } from "./view/viewer.js";
 import { makeDecoder, makeSorter } from "./workers.js";
 
 export class Player extends PlayerEventTarget {
+  /** Whether the last error has stopped playback. */
+  isStoppedByError = false;
   readonly #stage: Stage;
   readonly #playback: Playback;
   readonly #viewer: Viewer;
@@ -300,6 +302,7 @@ export class Player extends PlayerEventTarget {
   }
 
   #handleFault(fault: PlayerFault): void {
+    this.isStoppedByError = this.isPlaying;
     this.#playback.pause();
     this.#pendingPromises.rejectAll(fault);
     this.#handleStateChange();

@@ -36,6 +36,15 @@ browserTest("a missing stream is reported, and can be retried", async () => {
   await page.page.locator("quarc-player .fault button").click();
   await page.waitUntil((player) => player.frame === 4);
   assert.equal(await page.page.locator("quarc-player .fault").isVisible(), false);
+  assert.equal(await page.run((player) => player.isPlaying), false);
+});
+
+browserTest("playback that an error has stopped continues when the stream is loaded again", async () => {
+  await using page = await PlayerPage.open({ status: 404, attributes: "autoplay loop", expectedErrors: /404/ });
+  await page.page.locator("quarc-player .fault h2").waitFor();
+  page.server.setOptions({ status: null });
+  await page.page.locator("quarc-player .fault button").click();
+  await page.waitUntil((player) => player.isPlaying && (player.frame ?? 0) > 2);
 });
 
 browserTest("after a connection breaks, the missing bytes are requested", async () => {

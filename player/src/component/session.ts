@@ -128,9 +128,11 @@ export class Session {
   #showFault(fault: PlayerFault): void {
     const { layout } = this;
     const source = this.#source;
+    const wasPlaying = this.player.isStoppedByError;
     const canRetry = source !== null && fault.kind === "network";
     const retry = (): void => {
       if (source !== null) this.open(source, null, this.player.frame ?? this.#startFrame);
+      if (wasPlaying) this.player.play();
     };
     layout.loadingPanel.hidden = layout.waitingIndicator.hidden = true;
     layout.faultPanel.replaceChildren(describeFault(fault, canRetry ? retry : null));
