@@ -73,7 +73,7 @@ test("a server without range requests is read sequentially, even after a seek", 
 test("after a connection breaks, the missing bytes are requested", async () => {
   const stream = readVector("streams/journey");
   for (const supportsRanges of [true, false]) {
-    const breakAfterBytes = supportsRanges ? 700 : stream.length - 1;
+    const breakAfterBytes = supportsRanges ? 500 : stream.length - 1;
     await using server = await StreamServer.start(stream, { supportsRanges, breakAfterBytes });
     if (supportsRanges) assert.deepEqual(await readSource({ url: server.url }), await decodeDirectly(stream));
     else await assert.rejects(readSource({ url: server.url }), expectFault("network", null));

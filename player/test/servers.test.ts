@@ -19,13 +19,14 @@ function nextFault(player: PlayerElement): Promise<{ kind: string; rejectId: str
   });
 }
 
-browserTest("without range requests, the stream is requested only once, even for seeks", async () => {
-  await using page = await PlayerPage.open({ supportsRanges: false });
-  await page.waitUntil((player) => player.frame === 0);
-  await page.setFrame(20);
-  await page.setFrame(2);
-  assert.equal(page.server.requests.length, 1);
-});
+for (const supportsRanges of [true, false]) {
+  browserTest(`a short stream is requested only once, even for seeks, ${supportsRanges ? "with" : "without"} range requests`, async () => {
+    await using page = await PlayerPage.open({ supportsRanges, bitsPerSecond: 400_000 });
+    await page.waitUntil((player) => player.frame === 0);
+    for (const frame of [20, 2, 0]) await page.setFrame(frame);
+    assert.deepEqual(page.server.requests, ["bytes=0-"]);
+  });
+}
 
 browserTest("a missing stream is reported, and can be retried", async () => {
   await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });

@@ -25,7 +25,10 @@ export interface StreamBytes {
   findAvailable(offset: number): Uint8Array | null;
   /** Return some bytes from an offset onwards, or null at the end of the stream. */
   readPiece(offset: number, signal: AbortSignal): Promise<Piece | null>;
-  /** Request the missing bytes from an offset to the end of the stream, in parallel to the download, for the cache. */
+  /**
+   * Request the missing bytes from an offset to the end of the stream for the cache, in parallel to the download, unless
+   * the download soon reaches them.
+   */
   prefetchEnd(offset: number): Promise<void>;
   close(): void;
 }
@@ -117,7 +120,7 @@ class ReceivedBytes implements StreamBytes {
 
   async prefetchEnd(offset: number): Promise<void> {
     const { size } = this;
-    if (size === null || this.#cache.find(offset) !== null) return;
+    if (size === null || this.#cache.find(offset) !== null || this.#reachesSoon(offset)) return;
     const begin = Math.max(0, Math.min(offset, size - PREFETCH_BYTES));
     for await (const piece of this.#source.read(begin, this.#abortController.signal)) this.#store(piece);
   }
@@ -130,13 +133,19 @@ class ReceivedBytes implements StreamBytes {
   /** Return the current download if it soon reaches an offset; otherwise start a new download. */
   #findDownload(offset: number): Download {
     const current = this.#download;
-    const maxSkipBytes = this.#source.hasRanges ? MAX_SKIP_BYTES : Infinity;
-    if (current !== null && current.nextOffset <= offset && offset < current.nextOffset + maxSkipBytes) return current;
+    if (current !== null && this.#reachesSoon(offset)) return current;
     current?.abortController.abort();
     const abortController = new AbortController();
     const pieces = this.#source.read(offset, abortController.signal);
     this.#download = { pieces, abortController, nextOffset: offset, pendingPiece: null };
     return this.#download;
+  }
+
+  /** Whether the current download soon reaches an offset. */
+  #reachesSoon(offset: number): boolean {
+    const { nextOffset = Infinity } = this.#download ?? {};
+    const maxSkipBytes = this.#source.hasRanges ? MAX_SKIP_BYTES : Infinity;
+    return nextOffset <= offset && offset < nextOffset + maxSkipBytes;
   }
 
   async #receivePiece(download: Download): Promise<boolean> {
