@@ -16,6 +16,8 @@ from quarc_ref.streams import open_source
 class Speed:
     """Decoding speed of a stream whose frames are decoded without pauses.
 
+    Values per frame or per second are 0 for a stream of one frame.
+
     Attributes:
         frames: Number of frames, including the first, which is a canonical frame.
         gaussians: Number of Gaussians in the last frame.

@@ -18,7 +18,18 @@ def test_a_stream_is_measured_by_bench(tmp_path):
         "first_frame_s",
     }
     assert measured_keys <= json_output.keys()
-    assert "frames per second" in run("bench", path).stdout
+    assert ", 1 thread, " in run("bench", path, "--threads", 1).stdout
+
+
+def test_a_stream_of_one_frame_has_no_speed(tmp_path):
+    path, cut_path = tmp_path / "a.quarc", tmp_path / "first.quarc"
+    path.write_bytes(make_stream()[0])
+    run("cut", path, "--frames", 0, "-o", cut_path)
+
+    output = run("bench", cut_path).stdout
+
+    assert "unknown, because the first frame is not counted" in output
+    assert "processor" not in output
 
 
 def test_a_bad_stream_is_rejected(tmp_path):
