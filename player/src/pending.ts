@@ -11,15 +11,16 @@ interface Deferred<T> {
 export class PendingPromises {
   readonly #deferredOpens: Deferred<StreamInfo>[] = [];
   readonly #deferredSeeks: Deferred<number>[] = [];
+  #lastFault: PlayerFault | null = null; // with which all further promises reject
 
   /** Resolves when the first frame of the stream being opened is shown. */
   waitForOpen(): Promise<StreamInfo> {
-    return makePromise(this.#deferredOpens);
+    return this.#makePromise(this.#deferredOpens);
   }
 
   /** Resolves to the ordinal of the frame that the current seek or step has shown. */
   waitForSeek(): Promise<number> {
-    return makePromise(this.#deferredSeeks);
+    return this.#makePromise(this.#deferredSeeks);
   }
 
   resolveOpen(info: StreamInfo): void {
@@ -34,10 +35,17 @@ export class PendingPromises {
     const allDeferred = [...this.#deferredOpens.splice(0), ...this.#deferredSeeks.splice(0)];
     for (const deferred of allDeferred) deferred.reject(new StreamError(fault));
   }
-}
 
-function makePromise<T>(allDeferred: Deferred<T>[]): Promise<T> {
-  const promise = new Promise<T>((resolve, reject) => allDeferred.push({ resolve, reject }));
-  promise.catch(() => undefined); // the error event also reports the error
-  return promise;
+  /** Reject all promises, and those of later calls. */
+  close(fault: PlayerFault): void {
+    this.#lastFault = fault;
+    this.rejectAll(fault);
+  }
+
+  #makePromise<T>(allDeferred: Deferred<T>[]): Promise<T> {
+    const promise = new Promise<T>((resolve, reject) => allDeferred.push({ resolve, reject }));
+    promise.catch(() => undefined); // the error event also reports the error
+    if (this.#lastFault !== null) this.rejectAll(this.#lastFault);
+    return promise;
+  }
 }

@@ -117,14 +117,14 @@ export class Player extends PlayerEventTarget {
 
   /**
    * Stop the workers, release the graphics memory, and reject all pending promises. The player cannot be used
-   * afterwards.
+   * afterwards; promises of later calls reject, too.
    */
   dispose(): void {
     this.pause();
     this.#controls?.dispose();
     this.#playback.close();
     this.#stage.dispose();
-    this.#pendingPromises.rejectAll(makeFault("player", "the player was disposed"));
+    this.#pendingPromises.close(makeFault("player", "the player was disposed"));
   }
 
   /** The description of the stream; null before its first frame. */

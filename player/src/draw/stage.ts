@@ -119,7 +119,8 @@ export class Stage {
         }
         painter.setOrder(this.#order);
       };
-      this.#requestSort({ kind: "view", forward: eyeAxis(eye, 2), token: this.#nextToken() }, draw);
+      if (this.#abortController.signal.aborted) draw(null);
+      else this.#requestSort({ kind: "view", forward: eyeAxis(eye, 2), token: this.#nextToken() }, draw);
     });
   }
 
