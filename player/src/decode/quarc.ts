@@ -70,10 +70,6 @@ export class QuarcModule {
     this.scratchAddress = this.functions.quarc_allocate(SCRATCH_BYTES);
   }
 
-  get memoryBytes(): number {
-    return this.functions.memory.buffer.byteLength;
-  }
-
   /** Create a decoder of the frames from `start` onwards. */
   open(start: number): Decoder {
     return new Decoder(this, this.functions.quarc_open_parts(start));

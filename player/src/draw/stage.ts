@@ -100,11 +100,6 @@ export class Stage {
     this.#sortIfViewTurned();
   }
 
-  /** The eye of the whole canvas, in canvas pixels; null before the view is set. */
-  get shownEye(): Eye | null {
-    return this.#eye === null ? null : this.#fitEye(this.#eye)[0];
-  }
-
   /** Draw the current frame from an eye, off screen; see `Player.takePicture`. */
   takePicture(eye: Eye, format: PixelFormat): Promise<Float32Array> {
     return new Promise((resolve, reject) => {
