@@ -113,12 +113,13 @@ for (const [name, viewport] of Object.entries(VIEWPORTS)) {
 
 browserTest("the address of the page sets camera, frame, speed and up, and stops playback", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);
-  await withServer(...makePlainServerCommand(), (url) =>
-    withPage(`${url}?autoplay=0&camera=side&frame=11&speed=0.5&up=z&loop`, async ({ waitUntil }) => {
+  await withServer(...makePlainServerCommand(), async (url) => {
+    await withPage(`${url}?autoplay=0&camera=side&frame=11&speed=0.5&up=z&loop`, async ({ waitUntil }) => {
       await waitUntil((player) => player.frame === 11 && !player.isPlaying);
       await waitUntil(({ player }) => player?.camera === "side" && player.speed === 0.5 && player.up === "z" && player.loop);
-    }),
-  );
+    });
+    await withPage(`${url}?camera=0`, ({ waitUntil }) => waitUntil((player) => player.getAttribute("camera") === "0"));
+  });
 });
 
 browserTest("view answers range requests, and the player uses them to seek", async (context) => {
