@@ -21,8 +21,6 @@ import { Viewer } from "./view/viewer.js";
 import { makeDecoder, makeSorter } from "./workers.js";
 
 export class Player extends PlayerEventTarget {
-  /** Whether the last error has stopped playback. */
-  isStoppedByError = false;
   readonly #stage: Stage;
   readonly #playback: Playback;
   readonly #viewer: Viewer;
@@ -31,6 +29,7 @@ export class Player extends PlayerEventTarget {
   readonly #pendingPromises = new PendingPromises();
   #requestedCamera: string | null = null;
   #isSceneMeasured = false;
+  #isStoppedByError = false;
   #wasWaiting = false;
   #wasPlaying = false;
   #decodedListener: ((packet: FramePacket) => void) | null = null;
@@ -180,6 +179,11 @@ export class Player extends PlayerEventTarget {
     return this.#playback.isPlaying;
   }
 
+  /** Whether the last error has stopped playback. */
+  get isStoppedByError(): boolean {
+    return this.#isStoppedByError;
+  }
+
   /** Whether playback waits for frames. */
   get isWaiting(): boolean {
     return this.#playback.isWaiting;
@@ -302,7 +306,7 @@ export class Player extends PlayerEventTarget {
   }
 
   #handleFault(fault: PlayerFault): void {
-    this.isStoppedByError = this.isPlaying;
+    this.#isStoppedByError = this.isPlaying;
     this.#playback.pause();
     this.#pendingPromises.rejectAll(fault);
     this.#handleStateChange();

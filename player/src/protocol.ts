@@ -143,6 +143,9 @@ export type DecodeReply =
   | { readonly kind: "end"; readonly frameCount: number; readonly run: number }
   | { readonly kind: "error"; readonly error: PlayerFault; readonly run: number };
 
+/** Posts a reply, and transfers the listed buffers with it. */
+export type PostReply = (reply: DecodeReply, transferList: ArrayBuffer[]) => void;
+
 /** An error: its kind, a message for the user, and the reject id if the stream is invalid. */
 export interface PlayerFault {
   /**

@@ -1,14 +1,11 @@
 /** Connects buttons, lists, slider and keys to their actions. */
 
-import { ICONS } from "./icons.js";
 import { SPEEDS, type ButtonName } from "./layout.js";
 import type { Session } from "./session.js";
 
-const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so the picture is always a little behind
-
-/** Connect the controls of a session to its player, until `signal` aborts. */
-export function connectControls(session: Session, root: ShadowRoot, signal: AbortSignal): void {
-  const { layout, player } = session;
+/** Connect the controls of a session to its player, until the session is disposed. */
+export function connectControls(session: Session, root: ShadowRoot): void {
+  const { layout, player, signal } = session;
   const actions = listActions(session);
   for (const [name, action] of Object.entries(actions)) {
     layout.buttons[name as ButtonName].addEventListener("click", action, { signal });
@@ -19,23 +16,6 @@ export function connectControls(session: Session, root: ShadowRoot, signal: Abor
   layout.cameraSelect.addEventListener("change", selectCamera, { signal });
   const onKeyDown = (event: Event): void => pressKey(event as KeyboardEvent, session, actions);
   root.addEventListener("keydown", onKeyDown, { signal });
-}
-
-/** Show on the play button whether it plays or pauses. */
-export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void {
-  const label = isPlaying ? "Pause" : "Play";
-  if (button.ariaLabel === label) return; // replacing the icon during a press would lose the click
-  button.innerHTML = isPlaying ? ICONS.pause : ICONS.play;
-  button.ariaLabel = label;
-  button.title = `${label} (Space)`;
-}
-
-/** Show on the live button how many seconds the picture is behind the newest frame, if more than LIVE_TOLERANCE_S. */
-export function showLive(button: HTMLButtonElement, latency: number | null): void {
-  const isBehind = latency !== null && latency > LIVE_TOLERANCE_S;
-  button.ariaPressed = String(latency !== null && !isBehind);
-  const label = button.querySelector("span");
-  if (label !== null) label.textContent = isBehind ? `Live −${latency.toFixed(1)} s` : "Live";
 }
 
 function listActions(session: Session): Readonly<Record<ButtonName, () => void>> {

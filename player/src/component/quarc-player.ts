@@ -12,6 +12,7 @@ import type { StreamInfo, StreamSource } from "../protocol.js";
 import type { Statistics } from "../statistics.js";
 import { makeFault } from "../stream-error.js";
 import { AXES } from "../view/scene.js";
+import { connectControls } from "./buttons.js";
 import { describeFault } from "./faults.js";
 import { Session } from "./session.js";
 
@@ -25,6 +26,7 @@ export class QuarcPlayer extends HTMLElement {
   connectedCallback(): void {
     try {
       this.#session = new Session(this, this.#root);
+      connectControls(this.#session, this.#root);
     } catch (error) {
       if (!(error instanceof DrawingError)) throw error;
       this.#showFault(error.message);

@@ -5,7 +5,7 @@ import { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { frameRate } from "../statistics.js";
-import { connectControls, showLive, showPlaying } from "./buttons.js";
+import { showLive, showPlaying } from "./button-states.js";
 import { describeFault } from "./faults.js";
 import { describeLoading, listStatistics } from "./format.js";
 import { createLayout, type Layout } from "./layout.js";
@@ -35,11 +35,14 @@ export class Session {
     this.#timeline = new Timeline(this.layout.chart);
     this.player = new Player(this.layout.canvas);
     this.#addListeners();
-    const { signal } = this.#abortController;
-    connectControls(this, root, signal);
-    const { slider } = this.layout;
-    slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
-    onScreenResize(this.layout.chart, () => this.refresh(), signal);
+    const { layout, signal } = this;
+    layout.slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
+    onScreenResize(layout.chart, () => this.refresh(), signal);
+  }
+
+  /** Aborts when the session is disposed. */
+  get signal(): AbortSignal {
+    return this.#abortController.signal;
   }
 
   /** Open a stream at a frame; `poster` is the address of a picture to show until the frame is shown. */

@@ -4,13 +4,11 @@
  * The service runs in the decode worker, but needs neither a worker nor a page, so programs can also use it directly.
  */
 
-import type { DecodeReply, DecodeRequest } from "../protocol.js";
+import type { DecodeRequest, PostReply } from "../protocol.js";
 import { describeError } from "./fault.js";
 import { OpenStream } from "./open-stream.js";
 import { QuarcModule } from "./quarc.js";
 import { Run } from "./run.js";
-
-export type PostReply = (reply: DecodeReply, transferList: ArrayBuffer[]) => void;
 
 export class DecodeService {
   readonly #post: PostReply;

@@ -1,7 +1,6 @@
 /** A run: decodes and posts frames after the stream is opened or after a seek. */
 
-import type { FramePacket, StreamInfo } from "../protocol.js";
-import type { PostReply } from "./decode-service.js";
+import type { FramePacket, PostReply, StreamInfo } from "../protocol.js";
 import type { OpenStream } from "./open-stream.js";
 import { Preview, MIN_PREVIEW_SECTIONS } from "./preview.js";
 import type { Decoder, QuarcModule, FrameState } from "./quarc.js";

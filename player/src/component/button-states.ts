@@ -1,0 +1,22 @@
+/** Shows states of the player on its buttons. */
+
+import { ICONS } from "./icons.js";
+
+const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so the picture is always a little behind
+
+/** Show on the play button whether it plays or pauses. */
+export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void {
+  const label = isPlaying ? "Pause" : "Play";
+  if (button.ariaLabel === label) return; // replacing the icon during a press would lose the click
+  button.innerHTML = isPlaying ? ICONS.pause : ICONS.play;
+  button.ariaLabel = label;
+  button.title = `${label} (Space)`;
+}
+
+/** Show on the live button how many seconds the picture is behind the newest frame, if more than LIVE_TOLERANCE_S. */
+export function showLive(button: HTMLButtonElement, latency: number | null): void {
+  const isBehind = latency !== null && latency > LIVE_TOLERANCE_S;
+  button.ariaPressed = String(latency !== null && !isBehind);
+  const label = button.querySelector("span");
+  if (label !== null) label.textContent = isBehind ? `Live −${latency.toFixed(1)} s` : "Live";
+}
