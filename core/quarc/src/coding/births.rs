@@ -4,9 +4,10 @@ use super::canonical::{
     blank, code_colors, code_rotations, require_writable, PLAIN_CODES, ROTATION_INDEX_BITS,
 };
 use super::counts::Counts;
-use super::numbers::{code_ascending, Sequence, CLASS_BITS, KEY_CLASS_BITS};
+use super::numbers::code_ascending;
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use super::rows::{code_alike, code_rows};
+use super::sequence::{Sequence, CLASS_BITS, KEY_CLASS_BITS};
 use crate::error::{Error, Reject, Result};
 use crate::records::{Births, Section};
 

@@ -2,9 +2,10 @@
 
 use super::counts::Counts;
 use super::grid::{Grid, AXIS_BITS_LIMIT};
-use super::numbers::{code_ascending, code_numbers, Sequence, CLASS_BITS, KEY_CLASS_BITS};
+use super::numbers::{code_ascending, code_numbers};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use super::rows::{code_one_by_one, code_rows, REST_CLASSES};
+use super::sequence::{Sequence, CLASS_BITS, KEY_CLASS_BITS};
 use crate::constants::CODE_LIMIT;
 use crate::error::{Error, Reject, Result};
 use crate::morton::deinterleave;

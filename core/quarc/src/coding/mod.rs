@@ -14,6 +14,7 @@ mod parts; // SPEC 8.4
 pub mod planes; // SPEC 8.1
 pub mod probability; // SPEC 8.2
 mod rows; // rows of numbers, as in 8.5, 8.6 and 8.9
+pub mod sequence; // SPEC 8.4
 pub mod snapshot; // SPEC 7.9
 pub mod sorting; // SPEC 8.1
 pub mod survivors; // SPEC 8.9

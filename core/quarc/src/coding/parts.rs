@@ -4,8 +4,8 @@
 //! are therefore kept adjacent: each bit splits such a part in two, and nothing is sorted again.
 
 use super::counts::Model;
-use super::numbers::{Form, Sequence, MODELLED_BITS};
 use super::planes::{Answers, Planes};
+use super::sequence::{Form, Sequence, MODELLED_BITS};
 use super::sorting::{Run, Sorted};
 use crate::arithmetic::bit_length;
 use crate::error::Result;

@@ -1,7 +1,8 @@
 //! Rows of numbers as sequences: SPEC 8.5, 8.6, 8.9.
 
-use super::numbers::{code_numbers, Sequence};
+use super::numbers::code_numbers;
 use super::planes::Planes;
+use super::sequence::Sequence;
 use crate::arithmetic::bit_length;
 use crate::constants::CODE_LIMIT;
 use crate::error::{Error, Result};

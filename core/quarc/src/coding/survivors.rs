@@ -5,9 +5,9 @@
 
 use super::canonical::{code_index, PLAIN_CODES, ROTATION_INDEX_BITS};
 use super::counts::{Counts, Model};
-use super::numbers::{Sequence, CLASS_BITS};
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use super::rows::{code_one_by_one, REST_CLASSES};
+use super::sequence::{Sequence, CLASS_BITS};
 use crate::constants::SURVIVOR_ROWS;
 use crate::error::{Error, Reject, Result};
 use crate::records::{Gaussians, Section};

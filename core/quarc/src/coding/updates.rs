@@ -5,9 +5,10 @@
 
 use super::channels::{magnitude, Channels};
 use super::counts::{Counts, Model};
-use super::numbers::{code_numbers, Sequence, CLASS_BITS};
+use super::numbers::code_numbers;
 use super::planes::{PlaneReader, PlaneWriter, Planes};
 use super::rows::require_within;
+use super::sequence::{Sequence, CLASS_BITS};
 use crate::constants::RESIDUAL_ROWS;
 use crate::error::{Error, Result};
 use crate::records::{Section, Updates};

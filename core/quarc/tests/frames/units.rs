@@ -3,9 +3,10 @@
 use crate::known::{read_json, Json};
 use quarc::arithmetic::{bit_length, divide_round, isqrt, shift_round, Divisor};
 use quarc::coding::counts::{Counts, Model, Seen};
-use quarc::coding::numbers::{code_ascending, code_numbers, Sequence, KEY_CLASS_BITS};
+use quarc::coding::numbers::{code_ascending, code_numbers};
 use quarc::coding::planes::PlaneReader;
 use quarc::coding::probability::{choose_code, weight_of_code};
+use quarc::coding::sequence::{Sequence, KEY_CLASS_BITS};
 use quarc::coding::words::WordReader;
 use quarc::digest::Serialized;
 use quarc::error::{Error, Reject};
