@@ -32,7 +32,7 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import Updates
 
-UpdateSource = Updates | Callable[[FrameState], Updates] | None
+UpdateSource = Updates | Callable[[FrameState], Updates | None] | None
 EMPTY_SECTION = Section(np.zeros(0, dtype=np.uint32))
 
 
@@ -138,7 +138,7 @@ class FrameCoder:
             start: The frame before its motion.
             symbols: `[c, a]` motion symbols of each level, level 1 first.
             updates: Updates of individual Gaussians, or a function that returns them for the
-                state after the motion; None if the header does not allow updates.
+                state after the motion; None for no updates.
 
         Raises:
             EncodeError: A symbol, a residual or a Gaussian is out of the format's range.

@@ -4,8 +4,9 @@ frame 0 ──> canonical frame
 frame t ──> match with t - 1 ──> deaths ──> fit_motion ──> fit_updates ──> fit_births ──> verify
 
 Frame 0 and every `keyframe_interval`-th frame are canonical frames. Another frame becomes one if
-more than half of its Gaussians are new, or more than the conformance level allows. The level is
-chosen from the first frames, and raised if a later frame needs a higher one.
+more than half of its Gaussians are new, or more than the conformance level allows, or if one is
+too far from all others. The level is chosen from the first frames, and raised if a later frame
+needs a higher one.
 """
 
 from collections.abc import Iterable
@@ -257,20 +258,25 @@ class _Encoding:
         symbols = fit_motion(start.state, target, rows, self._tolerances)
         is_deleted = np.zeros(0, dtype=np.bool_)
 
-        def fit_after_motion(state: FrameState) -> Updates:
+        def fit_after_motion(state: FrameState) -> Updates | None:
             nonlocal is_deleted
             updates, is_deleted = fit_updates(state, target, rows, self._bounds)
-            return updates
+            return None if is_deleted.all() else updates  # a frame keeps at least one Gaussian
 
         moved_frame = self._loop.move_frame(start, symbols, fit_after_motion)
         rows = rows[~is_deleted]
         is_new = np.ones(target.count, dtype=np.bool_)
         is_new[rows] = False
         new_rows = np.flatnonzero(is_new)
-        if new_rows.size > self._sink.limits.births:  # updates deleted Gaussians to replace them
+        # updates deleted Gaussians to replace them by births
+        if is_deleted.all() or new_rows.size > self._sink.limits.births:
             self._write_canonical(ordinal, target)
             return
-        births, birth_rows = fit_births(moved_frame.state, target, new_rows)
+        try:
+            births, birth_rows = fit_births(moved_frame.state, target, new_rows)
+        except EncodeError:  # a new Gaussian is too far from all others
+            self._write_canonical(ordinal, target)
+            return
         self._loop.commit_frame(moved_frame, births)
         self._target_rows = np.concatenate([rows, birth_rows])
 

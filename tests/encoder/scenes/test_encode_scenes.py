@@ -286,6 +286,16 @@ def test_a_frame_that_replaces_too_many_gaussians_by_births_is_canonical():
     assert next(iter(decode(data))).header.level == 10
 
 
+@pytest.mark.parametrize("fraction", [0.1, 1.0])
+def test_a_frame_with_gaussians_too_far_for_updates_and_births_is_canonical(fraction):
+    first_splats = make_splats()
+    second_splats = move(first_splats, (1000, 0, 0), fraction=fraction)
+    data, _ = encode([first_splats] * 3 + [second_splats], SceneOptions(bounds=Bounds(0.01)))
+
+    assert_close(data, [first_splats] * 3 + [second_splats], position=0.01)
+    assert [scene.phase for scene in decode(data)] == [0, 1, 2, 0]
+
+
 def test_the_level_is_raised_if_a_chunk_is_too_long(monkeypatch):
     monkeypatch.setitem(LEVELS, 10, LEVELS[10]._replace(chunk_bytes=2000))
     splats = make_splats()
