@@ -70,12 +70,16 @@ def find_common_divisor(numbers: NDArray[np.floating], max_divisor: int) -> int:
         The divisor; 1 if no larger divisor exists, or if all numbers are 0.
     """
     integers = np.abs(np.rint(numbers).astype(np.int64))
-    integers = integers[integers > 0]
+    integers, counts = np.unique(integers[integers > 0], return_counts=True)
     if not integers.size:
         return 1
+    min_count = counts.sum() * _MIN_MULTIPLE_FRACTION
+    # All multiples of a divisor are at least as large as the divisor.
+    counts_from_here_up = counts[::-1].cumsum()[::-1]
+    max_divisor = min(max_divisor, int(integers[counts_from_here_up > min_count].max()))
     divisors = (
         divisor
         for divisor in range(max_divisor, 1, -1)
-        if np.mean(integers % divisor == 0) > _MIN_MULTIPLE_FRACTION
+        if counts[integers % divisor == 0].sum() > min_count
     )
     return next(divisors, 1)

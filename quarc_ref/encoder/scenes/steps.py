@@ -30,11 +30,14 @@ from quarc_ref.format.constants import (
     ROTATION_BITS_LIMIT,
     ROTATION_ONE,
     ROTATION_UNITY_LIMIT,
+    STEP_LIMIT,
 )
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
+_MAX_UNITS_PER_STEP = (1 << 16) - 1  # SPEC 5.3
+_MIN_STEP = float(np.finfo(np.float32).tiny)
 # range of the lattice, relative to the first frames, for Gaussians that move farther
 _RANGE_FACTOR = 2
 _MIN_ROTATION_BITS = 5
@@ -68,7 +71,7 @@ def choose_steps(
     return replace(
         header,
         rotation_bits=_choose_rotation_bits(first_frame.rotations, bounds.rotation),
-        rotation_unity=min(ROTATION_UNITY_LIMIT, math.ceil(math.sqrt(3) / bounds.rotation * 1.02)),
+        rotation_unity=math.ceil(min(ROTATION_UNITY_LIMIT, math.sqrt(3) / bounds.rotation * 1.02)),
         log_scale_step=_choose_step(first_frame.log_scales, bounds.log_scale),
         opacity_step=_choose_step(first_frame.opacities, bounds.opacity),
         sh_dc_step=_choose_step(sh[:, 0], bounds.sh_dc),
@@ -85,7 +88,7 @@ def _choose_lattice(
     if exponent is None or 2.0**-exponent > bounds.position:
         return _choose_fine_lattice(header, bounds, frames)
     units_per_world_unit = 2.0**exponent
-    max_step = int(2 * bounds.position * units_per_world_unit)
+    max_step = int(min(2 * bounds.position * units_per_world_unit, _MAX_UNITS_PER_STEP))
     position_divisor = greatest_common_divisor(
         frames[0].positions.astype(np.float64) * units_per_world_unit
     )
@@ -122,8 +125,8 @@ def _choose_fine_lattice(
         if max_coordinate
         else LATTICE_EXPONENT_LIMIT
     )
-    precision_exponent = math.ceil(math.log2(_MIN_UNITS_PER_STEP / bounds.position))
-    exponent = max(0, min(precision_exponent, range_exponent, LATTICE_EXPONENT_LIMIT))
+    precision_exponent = math.log2(_MIN_UNITS_PER_STEP / bounds.position)
+    exponent = max(0, math.ceil(min(precision_exponent, range_exponent, LATTICE_EXPONENT_LIMIT)))
     step_units = math.floor(bounds.position * 2.0**exponent)
     if step_units < 1:
         message = (
@@ -131,7 +134,7 @@ def _choose_fine_lattice(
             f"units with errors of at most {bounds.position:.6g}: allow larger errors"
         )
         raise EncodeError(message)
-    step = min(step_units, (1 << 16) - 1)
+    step = min(step_units, _MAX_UNITS_PER_STEP)
     return replace(header, lattice_exponent=exponent, position_step=step, translation_step=step)
 
 
@@ -147,7 +150,7 @@ def _choose_step(values: NDArray[np.floating], bound: float) -> float:
         if detected_step is not None and detected_step <= 2 * bound
         else _STEP_PER_BOUND * bound
     )
-    return float(np.float32(step))
+    return float(np.float32(min(max(step, _MIN_STEP), STEP_LIMIT)))
 
 
 def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
@@ -166,4 +169,4 @@ def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
     exact_bits = [bits for bits, error in max_errors.items() if error < _MAX_EXACT_ANGLE]
     sufficient_bits = [bits for bits, error in max_errors.items() if error <= 0.9 * bound]
     chosen = min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])
-    return max(chosen, min(math.ceil(math.log2(_MAX_STEPS_OF_ANGLE / bound)), ROTATION_BITS_LIMIT))
+    return max(chosen, math.ceil(min(math.log2(_MAX_STEPS_OF_ANGLE / bound), ROTATION_BITS_LIMIT)))

@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from quarc_ref.decoder import dequantize
 from quarc_ref.encoder import GivenFrame, SceneOptions, encode_scenes
 from quarc_ref.encoder.scenes.bounds import Bounds
+from quarc_ref.encoder.scenes.grids import find_common_divisor
 from quarc_ref.encoder.scenes.slack import measure_slack
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import EncodeError
@@ -311,6 +312,27 @@ def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
 
     with pytest.raises(EncodeError, match="a stream cannot represent positions"):
         encode([wide_splats], SceneOptions(bounds=Bounds(position=1e-3)))
+
+
+@pytest.mark.parametrize("grid", [None, 1 / 4096])
+@pytest.mark.parametrize("name", ["position", "rotation", "log_scale", "opacity", "sh_dc"])
+def test_bounds_may_be_huge_and_tiny_ones_are_rejected(name, grid):
+    splats = make_splats()
+    if grid:
+        splats = replace(splats, positions=np.rint(splats.positions / grid).astype("f4") * grid)
+    data, _ = encode([splats, splats], SceneOptions(bounds=Bounds(**{name: 1e300})))
+
+    assert len(list(decode(data))) == 2
+    with pytest.raises(EncodeError, match=r"bound|larger errors"):
+        encode([splats, splats], SceneOptions(bounds=Bounds(**{name: 1e-320})))
+
+
+@pytest.mark.parametrize(("outlier_count", "divisor"), [(0, 12), (19, 12), (20, 1)])
+def test_a_common_divisor_has_few_outliers(outlier_count, divisor):
+    numbers = 12 * np.random.default_rng(0).integers(1, 10_000, 1000)
+    numbers[:outlier_count] = 1 + 60 * numbers[:outlier_count]
+
+    assert find_common_divisor(numbers, 1 << 40) == divisor
 
 
 def test_an_empty_input_is_rejected():
