@@ -11,7 +11,7 @@ needs a higher one.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from itertools import chain, islice, pairwise
+from itertools import chain, count, islice, pairwise
 from typing import BinaryIO, cast
 
 import numpy as np
@@ -33,7 +33,7 @@ from quarc_ref.encoder.scenes.fit_updates import (
 from quarc_ref.encoder.scenes.level_sink import UNLIMITED_LEVEL, LevelSink, find_level
 from quarc_ref.encoder.scenes.matching import Match, match_ids, match_order
 from quarc_ref.encoder.scenes.steps import choose_steps
-from quarc_ref.encoder.scenes.targets import Target, make_target
+from quarc_ref.encoder.scenes.targets import Target, make_target, require_encodable
 from quarc_ref.encoder.scenes.verify import Errors, measure_errors, require_bounds
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.cameras import Camera
@@ -133,7 +133,7 @@ def encode_scenes(
             higher level, but the sink is not seekable.
     """
     options = options or SceneOptions()
-    frames = map(_to_frame, scenes)
+    frames = map(_to_checked_frame, scenes, count(options.first_frame))
     first_frames = list(islice(frames, _LOOKAHEAD_FRAMES))
     if not first_frames:
         message = "there are no frames to encode"
@@ -144,8 +144,14 @@ def encode_scenes(
     return encoding.finish()
 
 
-def _to_frame(scene: Splats | GivenFrame) -> GivenFrame:
-    return GivenFrame(scene) if isinstance(scene, Splats) else scene
+def _to_checked_frame(scene: Splats | GivenFrame, ordinal: int) -> GivenFrame:
+    frame = GivenFrame(scene) if isinstance(scene, Splats) else scene
+    try:
+        require_encodable(frame.splats)
+    except EncodeError as error:
+        message = f"frame {ordinal}: {error}"
+        raise EncodeError(message) from error
+    return frame
 
 
 class _Encoding:

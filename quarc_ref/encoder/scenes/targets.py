@@ -49,29 +49,33 @@ class Target:
         )
 
 
-def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
-    """Convert the Gaussians of a frame to the quantization steps of a stream, without rounding.
-
-    Args:
-        splats: Gaussians of the frame; SH degrees above that of the stream are ignored.
-        header: Header of the stream.
-        bounds: Bounds that `Bounds.resolved` returned.
-
-    Raises:
-        EncodeError: The frame has no Gaussians or a lower SH degree than the stream, or an
-            attribute is not finite or out of the format's range.
-    """
+def require_encodable(splats: Splats) -> None:
+    """Raise EncodeError if a frame has no Gaussians, or an attribute is not finite."""
+    if not len(splats.positions):
+        message = "the frame has no Gaussians"
+        raise EncodeError(message)
     for field in fields(splats):
         if not np.isfinite(getattr(splats, field.name)).all():
             message = f"the field {field.name} contains a non-finite number"
             raise EncodeError(message)
+
+
+def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
+    """Convert the Gaussians of a frame to the quantization steps of a stream, without rounding.
+
+    Args:
+        splats: Gaussians that `require_encodable` accepts; SH degrees above that of the stream are
+            ignored.
+        header: Header of the stream.
+        bounds: Bounds that `Bounds.resolved` returned.
+
+    Raises:
+        EncodeError: The frame has a lower SH degree than the stream, or an attribute is out of the
+            format's range.
+    """
     count, coefficient_count = len(splats.positions), (header.sh_degree and 4) or 1
-    if not count or splats.sh.shape[1] < coefficient_count:
-        message = (
-            "the frame has no Gaussians"
-            if not count
-            else "the frame has a lower SH degree than the first frame"
-        )
+    if splats.sh.shape[1] < coefficient_count:
+        message = "the frame has a lower SH degree than the first frame"
         raise EncodeError(message)
     codes = [
         splats.log_scales / np.float64(header.log_scale_step),

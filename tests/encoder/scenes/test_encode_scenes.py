@@ -230,6 +230,19 @@ def test_frames_that_no_stream_can_hold_are_rejected_by_number(change, message):
         encode([splats, replace(splats, **change)])
 
 
+@pytest.mark.parametrize("ordinal", [0, 1, 3])
+@pytest.mark.parametrize("opacity", [None, np.inf])
+def test_an_empty_or_infinite_frame_is_rejected_by_number(ordinal, opacity):
+    splats = make_splats()
+    bad_splats = select_rows(splats, np.arange(0))
+    if opacity is not None:
+        bad_splats = replace(splats, opacities=np.full(200, opacity, np.float32))
+    frames = [splats] * ordinal + [bad_splats]
+
+    with pytest.raises(EncodeError, match=f"frame {ordinal}: .*(no Gaussians|non-finite)"):
+        encode(frames, SceneOptions())
+
+
 class _Pipe(io.BytesIO):
     def seekable(self):
         return False
