@@ -125,11 +125,12 @@ def filter_maximum(image: Tensor, radius: int) -> Tensor:
         image: `[H, W]` nonnegative numbers.
         radius: Distance in pixels from the center pixel to the edge pixels of the square.
     """
-    for axis in (0, 1):
-        padding = (0, 0, radius, radius) if axis == 0 else (radius, radius, 0, 0)
+    for axis, length in enumerate(image.shape):
+        reach = min(radius, length - 1)  # the square may be wider than the image
+        padding = (0, 0, reach, reach) if axis == 0 else (reach, reach, 0, 0)
         padded = torch.nn.functional.pad(image, padding)
-        for offset in range(2 * radius + 1):
-            image = torch.maximum(image, padded.narrow(axis, offset, image.shape[axis]))
+        for offset in range(2 * reach + 1):
+            image = torch.maximum(image, padded.narrow(axis, offset, length))
     return image
 
 

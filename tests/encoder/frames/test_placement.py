@@ -123,3 +123,10 @@ def test_the_maximum_is_that_of_the_window(rows, columns, reach, seed):
         numbers[None, None], 2 * reach + 1, stride=1, padding=reach
     )
     assert torch.equal(filter_maximum(numbers, reach), expected[0, 0])
+
+
+@pytest.mark.parametrize("radius", [4, 5, 1 << 40])
+def test_a_square_wider_than_the_image_has_its_maximum(radius):
+    numbers = torch.rand((3, 5), generator=torch.Generator().manual_seed(0))
+
+    assert torch.equal(filter_maximum(numbers, radius), numbers.max().expand(3, 5))
