@@ -22,9 +22,10 @@ from quarc_ref.encoder.training.straight_through import position_step, translati
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import LATTICE_STEP_LIMIT, StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
+_MIN_STEP_SIZE = 2.0**-LATTICE_EXPONENT_LIMIT / 2  # world units
 _RANGE_FACTOR = 4  # range of the lattice, relative to the reach of cameras and points
 _REACH_QUANTILE = 0.99
 _MIN_TRANSLATION_PIXELS, _MAX_TRANSLATION_PIXELS = 0.02, 1.0
@@ -72,6 +73,9 @@ def propose_steps(
     if settings.translation_error:
         finest_step_size = min(finest_step_size, _MIN_TRANSLATION_PIXELS * pixel_size)
     try:
+        if min(step_sizes) < _MIN_STEP_SIZE:
+            message = "a step is smaller than half a unit of the finest lattice"
+            raise ValueError(message)  # noqa: TRY301, reported with the errors of the header
         exponent = _choose_exponent(finest_step_size, measure_reach(cameras, points))
         position_units, translation_units = (_to_lattice_units(x, exponent) for x in step_sizes)
         return replace(
@@ -98,6 +102,8 @@ def replace_translation_step(
 ) -> StreamHeader:
     """Return a header with a translation step that causes a given change of the pictures.
 
+    If the format does not support a step as large as this, the largest step is used.
+
     Args:
         header: Header from `propose_steps`, whose lattice is kept.
         change: Root-mean-square change of the pictures, as a fraction of white.
@@ -111,7 +117,7 @@ def replace_translation_step(
     pixels = _translation_pixels(change, measure_sharpness(pictures))
     step_size = pixels * measure_pixel_size(cameras, points)
     step_units = _to_lattice_units(step_size, header.lattice_exponent)
-    return replace(header, translation_step=step_units)
+    return replace(header, translation_step=min(step_units, LATTICE_STEP_LIMIT))
 
 
 def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:

@@ -123,12 +123,13 @@ class StreamHeader:
 
 _UINT16_MAX = (1 << 16) - 1
 _UINT32_MAX = (1 << 32) - 1
+LATTICE_STEP_LIMIT = _UINT16_MAX  # largest step of positions and translations, lattice units
 _HEADER_RANGES = {
     "timescale": (1, _UINT32_MAX),
     "frame_ticks": (1, _UINT32_MAX),
     "lattice_exponent": (0, constants.LATTICE_EXPONENT_LIMIT),
-    "position_step": (1, _UINT16_MAX),
-    "translation_step": (1, _UINT16_MAX),
+    "position_step": (1, LATTICE_STEP_LIMIT),
+    "translation_step": (1, LATTICE_STEP_LIMIT),
     "rotation_unity": (1, constants.ROTATION_UNITY_LIMIT),
     "rotation_components": (3, 4),
     "rotation_bits": (1, constants.ROTATION_BITS_LIMIT),

@@ -21,7 +21,7 @@ from quarc_ref.encoder.training.straight_through import position_step, translati
 from quarc_ref.format import wire
 from quarc_ref.format.constants import POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import LATTICE_STEP_LIMIT, StreamHeader
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.encoder.toys import SMALL, make_cameras, make_capture
 
@@ -177,7 +177,10 @@ def test_one_step_can_be_in_world_units_and_the_other_in_pixels():
     assert position_step(header) == pytest.approx(position_step(_propose()), rel=1 / 16)
 
 
-@pytest.mark.parametrize(("factor", "position_pixels"), [(1e10, 0.25), (1.0, 1e300), (1e10, 1e308)])
+@pytest.mark.parametrize(
+    ("factor", "position_pixels"),
+    [(1e10, 0.25), (1.0, 1e300), (1e10, 1e308), (1e-7, 0.25), (1.0, 1e-30)],
+)
 def test_steps_that_the_format_does_not_support_are_rejected(factor, position_pixels):
     settings = replace(_SETTINGS, position_pixels=position_pixels)
 
@@ -246,6 +249,17 @@ def test_the_translation_step_is_from_a_fiftieth_of_a_pixel_to_a_pixel(slope, ch
 
     pixel = measure_pixel_size(*_CAMERAS_AND_POINTS)
     assert translation_step(replaced) == pytest.approx(pixels * pixel, rel=1 / 16)
+
+
+def test_a_step_for_a_large_error_is_not_above_the_limit_of_the_format():
+    cameras_and_points = _scale_scene(factor := 3e6)
+    header = _propose(factor, replace(_ERROR_SETTINGS, translation_change=1e-6))
+    pixel = measure_pixel_size(*cameras_and_points)
+
+    replaced = replace_translation_step(header, 1.0, *cameras_and_points, _PICTURES)
+
+    assert pixel > LATTICE_STEP_LIMIT > 0.25 * pixel
+    assert replaced.translation_step == LATTICE_STEP_LIMIT
 
 
 def test_plain_areas_do_not_change_the_step_for_an_error():

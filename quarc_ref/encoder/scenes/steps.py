@@ -33,10 +33,9 @@ from quarc_ref.format.constants import (
     STEP_LIMIT,
 )
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import LATTICE_STEP_LIMIT, StreamHeader
 
 _MIN_UNITS_PER_STEP = 8
-_MAX_UNITS_PER_STEP = (1 << 16) - 1  # SPEC 5.3
 _MIN_STEP = float(np.finfo(np.float32).tiny)
 # range of the lattice, relative to the first frames, for Gaussians that move farther
 _RANGE_FACTOR = 2
@@ -88,7 +87,7 @@ def _choose_lattice(
     if exponent is None or 2.0**-exponent > bounds.position:
         return _choose_fine_lattice(header, bounds, frames)
     units_per_world_unit = 2.0**exponent
-    max_step = int(min(2 * bounds.position * units_per_world_unit, _MAX_UNITS_PER_STEP))
+    max_step = int(min(2 * bounds.position * units_per_world_unit, LATTICE_STEP_LIMIT))
     position_divisor = greatest_common_divisor(
         frames[0].positions.astype(np.float64) * units_per_world_unit
     )
@@ -134,7 +133,7 @@ def _choose_fine_lattice(
             f"units with errors of at most {bounds.position:.6g}: allow larger errors"
         )
         raise EncodeError(message)
-    step = min(step_units, _MAX_UNITS_PER_STEP)
+    step = min(step_units, LATTICE_STEP_LIMIT)
     return replace(header, lattice_exponent=exponent, position_step=step, translation_step=step)
 
 
