@@ -212,6 +212,19 @@ def test_births_at_errors_are_added_and_only_faint_gaussians_die_for_them():
     assert frames[-1].gaussians == frames[0].gaussians + birth_count - death_count
 
 
+@pytest.mark.parametrize(
+    ("lattice_exponent", "position_step"),
+    [pytest.param(21, 4, id="far from parents"), pytest.param(10, 1000, id="off the lattice")],
+)
+def test_births_that_no_frame_can_represent_are_dropped(lattice_exponent, position_step):
+    header = replace(SMALL.stream, lattice_exponent=lattice_exponent, position_step=position_step)
+    births = replace(SMALL.births, spread=2e4, prune_radius=1e30, split_iters=())
+
+    frames = inspect_stream(_encode(replace(SMALL, stream=header, births=births), 3)).frames
+
+    assert len(frames) == 3
+
+
 def test_births_stop_at_the_limit_of_the_level(stream, monkeypatch):
     first_count = inspect_stream(stream).frames[0].gaussians
     limit = first_count + SMALL.births.max_births + 2

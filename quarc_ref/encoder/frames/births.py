@@ -17,7 +17,7 @@ from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, split
 from quarc_ref.encoder.training.fixed_scene import FixedScene
-from quarc_ref.encoder.training.quantize import quantize_births
+from quarc_ref.encoder.training.quantize import find_representable_births, quantize_births
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, from_splats
 from quarc_ref.format.records import Births
 
@@ -56,6 +56,7 @@ def fit_births(
     learning_rates = canonical_learning_rates(config.canonical, context.views.extent)
     births, parents = _train(objective, births, parents, settings, learning_rates)
     keep_mask = torch.sigmoid(births.opacities) >= settings.prune_opacity
+    keep_mask &= find_representable_births(births, parents, moved_state.scene)
     births, parents = births.rows(keep_mask), parents[keep_mask]
     if parents.numel() == 0:
         return None

@@ -56,10 +56,9 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
     Raises:
         EncodeError: No Gaussian remains.
     """
-    max_steps = POSITION_LIMIT // header.position_step - 1
     max_offset = (1 << (AXIS_BITS_LIMIT - 1)) - 1
     positions_in_steps = attributes.means / position_step(header)
-    is_on_lattice = (positions_in_steps.abs() <= max_steps).all(dim=1)
+    is_on_lattice = (positions_in_steps.abs() <= _max_position_steps(header)).all(dim=1)
     if not bool(is_on_lattice.any()):
         message = (
             "the positions of all trained Gaussians exceed the range of the format: move the "
@@ -68,6 +67,24 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
         raise EncodeError(message)
     offsets = positions_in_steps - positions_in_steps[is_on_lattice].median(dim=0).values
     return attributes.rows(is_on_lattice & (offsets.abs() <= max_offset).all(dim=1))
+
+
+def find_representable_births(attributes: Attributes, parents: Tensor, scene: Scene) -> Tensor:
+    """Return a mask `[n]` of the new Gaussians whose positions a frame can represent (SPEC 7.6).
+
+    The lattice and the distance from the parent are limited.
+
+    Args:
+        attributes: Attributes of the new Gaussians.
+        parents: `[n]` index of each new Gaussian's parent in the scene.
+        scene: Scene after the motion of the frame.
+    """
+    header = scene.header
+    offsets = _measure_offsets(attributes.means, parents.cpu().numpy(), scene)
+    is_too_far = torch.round(offsets / position_step(header)).abs() > CODE_LIMIT
+    is_off_lattice = attributes.means.abs() > _max_position_steps(header) * position_step(header)
+    # Positions that are not finite stay, because `quantize_births` reports them.
+    return ~(is_too_far | is_off_lattice).any(dim=1)
 
 
 def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Births:
@@ -85,8 +102,7 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
     rows = torch.from_numpy(order).to(attributes.means.device)
     parents = parents[order]
     gaussians = quantize_gaussians(attributes.rows(rows), scene.header)
-    parent_positions = torch.tensor(_world_positions(scene, parents)).to(attributes.means)
-    offsets = attributes.means[rows] - parent_positions
+    offsets = _measure_offsets(attributes.means[rows], parents, scene)
     offset_steps = _round_to_steps(offsets, position_step(scene.header))
     coded_offsets = _require_within(offset_steps, CODE_LIMIT, "the position of a new Gaussian")
     return Births(parents, Gaussians(coded_offsets, gaussians.rotations, gaussians.codes))
@@ -95,6 +111,16 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:
     """Return the symbols `[c, a]` of residuals `[a, c]`: residuals divided by `step`, rounded."""
     return _round_to_steps(residuals, step)
+
+
+def _measure_offsets(means: Tensor, parents: Int64, scene: Scene) -> Tensor:
+    """Return the `[n, 3]` offsets of new Gaussians from their parents in world units."""
+    return means - torch.tensor(_world_positions(scene, parents)).to(means)
+
+
+def _max_position_steps(header: StreamHeader) -> int:
+    """Return the largest coordinate in position steps that is on the lattice after rounding."""
+    return POSITION_LIMIT // header.position_step - 1
 
 
 def _world_positions(scene: Scene, indices: Int64) -> NDArray[np.float64]:

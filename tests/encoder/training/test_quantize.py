@@ -11,12 +11,13 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame, move
 from quarc_ref.encoder.training.quantize import (
     drop_unrepresentable,
+    find_representable_births,
     quantize_births,
     quantize_gaussians,
 )
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import from_splats
-from quarc_ref.format.constants import AXIS_BITS_LIMIT
+from quarc_ref.format.constants import AXIS_BITS_LIMIT, CODE_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from tests import strategies
@@ -124,6 +125,22 @@ def test_a_number_beyond_all_integers_is_an_encode_error():
 
     with pytest.raises(EncodeError, match="an attribute exceeds"):
         quantize_gaussians(attributes, header)
+
+
+@pytest.mark.parametrize("steps", [CODE_LIMIT, CODE_LIMIT + 1, POSITION_LIMIT])
+def test_births_can_be_represented_up_to_a_distance_from_their_parents(steps):
+    header = StreamHeader(position_step=8)
+    state = begin_frame(begin_canonical(header, 0, make_gaussians(header, 20)), 0)
+    parents = torch.tensor([3, 5])
+    attributes = _make_attributes(header).rows(parents)
+    offset = torch.tensor([[0.0, 0, 0], [0, -steps * position_step(header), 0]])
+    new_attributes = replace(attributes, means=attributes.means + offset)
+
+    mask = find_representable_births(new_attributes, parents, state.scene)
+
+    assert mask.tolist() == [True, steps == CODE_LIMIT]
+    births = quantize_births(new_attributes.rows(mask), parents[mask].numpy(), state.scene)
+    assert append_births(state, births).scene.count == 20 + mask.sum()
 
 
 def test_births_are_decoded_where_they_were_trained():
