@@ -27,9 +27,7 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
         EncodeError: An attribute is not finite, or out of the format's range.
     """
     for tensor in attributes.tensors():
-        if not bool(torch.isfinite(tensor).all()):
-            message = "training diverged: an attribute is not finite"
-            raise EncodeError(message)
+        _require_finite(tensor, "an attribute")
     unit_quaternions = torch.nn.functional.normalize(attributes.rotations, dim=1)
     largest_indices, components = split_rotations(unit_quaternions, header.rotation_bits)
     codes = [
@@ -109,7 +107,12 @@ def quantize_births(attributes: Attributes, parents: Int64, scene: Scene) -> Bir
 
 
 def quantize_residuals(residuals: Tensor, step: float) -> Int64:
-    """Return the symbols `[c, a]` of residuals `[a, c]`: residuals divided by `step`, rounded."""
+    """Return the symbols `[c, a]` of residuals `[a, c]`: residuals divided by `step`, rounded.
+
+    Raises:
+        EncodeError: A residual is not finite.
+    """
+    _require_finite(residuals, "a motion residual")
     return _round_to_steps(residuals, step)
 
 
@@ -138,6 +141,12 @@ def _to_integer_rows(values: Tensor) -> Int64:
     """Convert integral floats `[n, c]` to integers `[c, n]`."""
     rows: Int64 = np.ascontiguousarray(values.detach().cpu().numpy().T.astype(np.int64))
     return rows
+
+
+def _require_finite(values: Tensor, description: str) -> None:
+    if not bool(torch.isfinite(values).all()):
+        message = f"training diverged: {description} is not finite"
+        raise EncodeError(message)
 
 
 def _require_within(values: Int64, limit: int, description: str) -> Int64:

@@ -14,6 +14,7 @@ from quarc_ref.encoder.training.quantize import (
     find_representable_births,
     quantize_births,
     quantize_gaussians,
+    quantize_residuals,
 )
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.encoder.training.trainable import from_splats
@@ -171,3 +172,10 @@ def test_a_newborn_too_far_from_its_parent_cannot_be_written():
 
     with pytest.raises(EncodeError, match="position of a new Gaussian"):
         quantize_births(new_attributes, np.array([0]), moved_state.scene)
+
+
+def test_residuals_of_diverged_training_cannot_be_written():
+    residuals = torch.tensor([[0.5, torch.nan, 0.0]])
+
+    with pytest.raises(EncodeError, match="training diverged: a motion residual is not finite"):
+        quantize_residuals(residuals, 0.25)
