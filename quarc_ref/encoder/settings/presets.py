@@ -24,7 +24,16 @@ from quarc_ref.encoder.settings.ranges import describe_values
 from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.format.records import StreamHeader
 
-_PAPER_STEP = struct.unpack("<f", struct.pack("<f", 0.01))[0]
+
+def _round_to_binary32(number: float) -> float:
+    """Round a number as HEAD stores it; numbers that are too large are not rounded."""
+    try:
+        return float(struct.unpack("<f", struct.pack("<f", number))[0])
+    except OverflowError:
+        return number
+
+
+_PAPER_STEP = _round_to_binary32(0.01)
 _PAPER = EncoderConfig(
     stream=StreamHeader(
         rotation_components=4,
@@ -211,6 +220,8 @@ def _replace_setting(settings: Any, names: list[str], path: str, text: str) -> A
     type_hint = get_type_hints(type(settings), include_extras=True)[name]
     try:
         value = _parse_value(type_hint, text)
+        if isinstance(settings, StreamHeader) and isinstance(value, float):
+            value = _round_to_binary32(value)
     except (KeyError, ValueError) as error:
         message = f"{path} takes {describe_values(type_hint)}, not {text!r}"
         raise SettingError(message) from error

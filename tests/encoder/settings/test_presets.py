@@ -1,5 +1,6 @@
 from dataclasses import asdict, replace
 
+import numpy as np
 import pytest
 
 from quarc_ref.encoder import EncodeOptions
@@ -49,6 +50,8 @@ def test_the_main_preset_is_the_default():
         ("births.rd_selection", "no", False),
         ("motion.rate_model", "l1", "l1"),
         ("stream.translation_step", "3", 3),
+        ("stream.sh_dc_step", "0.05", float(np.float32(0.05))),
+        ("stream.meters_per_unit", "0.3", float(np.float32(0.3))),
         ("seed", "12", 12),
     ],
 )
