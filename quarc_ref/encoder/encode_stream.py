@@ -30,6 +30,7 @@ from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.estimate import estimate_encode
 from quarc_ref.encoder.frame_coder import MovedFrame
+from quarc_ref.encoder.frame_errors import name_frame_in_errors
 from quarc_ref.encoder.frames.birth_selection import ByteCost
 from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
@@ -96,7 +97,8 @@ def encode(
             if partial_stream is not None:
                 encoding.announce(partial_stream.end)
             while encoding.next_frame < encoding.frame_count:
-                encoding.add_frame()
+                with name_frame_in_errors(encoding.next_frame):
+                    encoding.add_frame()
             encoding.finish()
 
 

@@ -19,7 +19,7 @@ from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_fact
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.container import FRAM
-from quarc_ref.format.errors import TruncatedError
+from quarc_ref.format.errors import EncodeError, TruncatedError
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import decode
@@ -223,6 +223,13 @@ def test_births_that_no_frame_can_represent_are_dropped(lattice_exponent, positi
     frames = inspect_stream(_encode(replace(SMALL, stream=header, births=births), 3)).frames
 
     assert len(frames) == 3
+
+
+def test_a_frame_that_cannot_be_coded_is_named():
+    config = replace(SMALL, motion=replace(SMALL.motion, lr=1e300))
+
+    with pytest.raises(EncodeError, match=r"^frame 1: training diverged"):
+        _encode(config, 3)
 
 
 def test_births_stop_at_the_limit_of_the_level(stream, monkeypatch):

@@ -20,6 +20,7 @@ from quarc_ref import __version__
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.frame_errors import name_frame_in_errors
 from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.fit_births import fit_births
@@ -146,11 +147,8 @@ def encode_scenes(
 
 def _to_checked_frame(scene: Splats | GivenFrame, ordinal: int) -> GivenFrame:
     frame = GivenFrame(scene) if isinstance(scene, Splats) else scene
-    try:
+    with name_frame_in_errors(ordinal):
         require_encodable(frame.splats)
-    except EncodeError as error:
-        message = f"frame {ordinal}: {error}"
-        raise EncodeError(message) from error
     return frame
 
 
@@ -193,18 +191,13 @@ class _Encoding:
 
     def add(self, frame: GivenFrame) -> None:
         """Encode and write a frame, and check its errors."""
-        ordinal, self._frame_count = (
-            self._options.first_frame + self._frame_count,
-            self._frame_count + 1,
-        )
-        try:
+        ordinal = self._options.first_frame + self._frame_count
+        self._frame_count += 1
+        with name_frame_in_errors(ordinal):
             target = make_target(frame.splats, self._header, self._bounds)
             self._sink.require_gaussians(target.count)
             self._write_side_data(frame)
             self._write_with_chosen_type(ordinal, frame, target)
-        except EncodeError as error:
-            message = f"frame {ordinal}: {error}"
-            raise EncodeError(message) from error
         self._last_frame = frame
         sh_degree = round(frame.splats.sh.shape[1] ** 0.5) - 1
         self._dropped_sh_degree = max(self._dropped_sh_degree, sh_degree if sh_degree > 1 else 0)
