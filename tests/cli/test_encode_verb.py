@@ -142,6 +142,7 @@ def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
         (["--set", "motion.lr"], "KEY=VALUE"),
         (["--set", "quality=30", "--quality", "60"], "--set quality=30 cannot be combined"),
         (["--set", "rd_lambda=2", "--lambda", "3"], "--set rd_lambda=2 cannot be combined"),
+        (["--set", "seed=2", "--seed", "3"], "--set seed=2 cannot be combined"),
         (["--format", "1.0", "--set", "stream.updates=true"], "--format 1.0 cannot be combined"),
         (["--set", "motion.iterations=many"], "motion.iterations takes"),
         (["--set", "stream.level_count=9"], "level_count"),

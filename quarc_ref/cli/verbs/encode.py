@@ -115,8 +115,9 @@ def encode(
             "quality": quality,
             "rd_lambda": rd_lambda,
             "target_kb_per_frame": target,
+            "seed": seed or None,  # 0 is the default
         }
-        config = _make_config_from_options(preset, settings, setting_values, seed, format_version)
+        config = _make_config_from_options(preset, settings, setting_values, format_version)
         start_time, findings = time.monotonic(), FindingCollector()
         logs = LogOptions(log_json, tensorboard, keep=resume, force=force)
         with TerminalProgress(quiet=quiet) as progress, open_monitors(logs, progress) as monitor:
@@ -149,7 +150,6 @@ def _make_config_from_options(
     preset: str,
     settings: list[str] | None,
     setting_values: dict[str, float | None],
-    seed: int,
     format_version: str,
 ) -> "EncoderConfig":
     """Return the settings of a preset, changed by `--set` and by options such as `--lambda`.
@@ -170,7 +170,7 @@ def _make_config_from_options(
         reject_conflicts("--format 1.0", {"--snapshot-interval": has_snapshot_interval})
     version_settings = [f"{key}=0" for key in _UNSUPPORTED_IN_1_0 if format_version == "1.0"]
     return make_config(
-        preset, [*(settings or []), *format_settings(setting_values), *version_settings], seed
+        preset, [*(settings or []), *format_settings(setting_values), *version_settings], seed=0
     )
 
 
