@@ -84,5 +84,5 @@ def _announce_estimate(
         f"{format_count(plan.frames, 'frame')} of {plan.capture}, "
         f"{format_count(plan.views, 'training camera')}: about "
         f"{format_duration(estimate.seconds)}, and {estimate.byte_count / _MEGABYTE:.1g} MB "
-        "(both may be off by a factor of two)"
+        "(the time may be off by a factor of two, the size by a factor of three)"
     )
