@@ -54,6 +54,12 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
     assert find_faults(tmp_path / "room") == ()
 
 
+def test_very_wide_pictures_can_be_examined(tmp_path):
+    write_synthetic_capture(tmp_path / "room", SynthOptions(1920, 16, frames=2, cameras=3))
+
+    assert examine(tmp_path / "room", ExamineOptions(config=_DEMO, device="cpu")).forecast
+
+
 def test_a_correct_capture_of_one_moment_has_no_findings(correct_capture):
     assert find_faults(correct_capture, capture_options=CaptureOptions(max_frames=1)) == ()
 

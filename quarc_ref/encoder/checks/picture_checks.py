@@ -201,7 +201,7 @@ def _measure_blur(gray: NDArray[np.float32]) -> float:
 
 def _make_thumbnail(gray: NDArray[np.float32]) -> Numbers:
     """Downscale a gray picture to about `_THUMBNAIL_COLUMNS` columns by averaging blocks."""
-    square_size = max(1, gray.shape[1] // _THUMBNAIL_COLUMNS)
+    square_size = max(1, min(gray.shape[1] // _THUMBNAIL_COLUMNS, gray.shape[0]))
     rows, columns = gray.shape[0] // square_size, gray.shape[1] // square_size
     squares = gray[: rows * square_size, : columns * square_size].reshape(
         rows, square_size, columns, square_size

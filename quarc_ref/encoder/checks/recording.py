@@ -64,7 +64,7 @@ def read_recordings(capture: Capture, advance: ReportProgress) -> list[Recording
     total = len(capture.cameras) * capture.frame_count
     recordings = []
     for index, camera in enumerate(capture.cameras):
-        block_size = max(1, camera.width // _TARGET_COLUMNS)
+        block_size = max(1, min(camera.width // _TARGET_COLUMNS, camera.height))
         stored_count = min(_MAX_STORED_FRAMES, capture.frame_count)
         gray_pictures = np.zeros(
             (stored_count, camera.height // block_size, camera.width // block_size), dtype=np.uint16
