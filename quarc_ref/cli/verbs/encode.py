@@ -108,7 +108,6 @@ def encode(
             reject_conflicts("--segments", {"--live": live, **logs_given})
         if log_json is not None:
             reject_stream_path(log_json, output)
-        require_positive({"--lambda": rd_lambda, "--target-kb-per-frame": target})
         setting_values = {
             "canonical.keyframe_interval": keyframe_interval,
             "canonical.snapshot_interval": snapshot_interval,
@@ -155,9 +154,15 @@ def _make_config_from_options(
     """Return the settings of a preset, changed by `--set` and by options such as `--lambda`.
 
     Raises:
-        UsageError: A setting does not exist, its value is not allowed, an option changes the same
-            setting, or format 1.0 does not support the value.
+        UsageError: A setting does not exist, its value or that of an option is not allowed, an
+            option changes the same setting, or format 1.0 does not support the value.
     """
+    require_positive(
+        {
+            "--lambda": setting_values["rd_lambda"],
+            "--target-kb-per-frame": setting_values["target_kb_per_frame"],
+        }
+    )
     for setting in settings or []:
         key, _, text = setting.partition("=")
         if setting_values.get(key) is not None:
