@@ -2,6 +2,8 @@
 
 import pytest
 
+from quarc_ref.decoder import dequantize
+from quarc_ref.encoder.scenes.bounds import PROFILES
 from quarc_ref.streams import decode
 from tests.cli.commands import list_names, run, run_json
 
@@ -27,6 +29,20 @@ def test_other_edits_are_fitted_again_within_bounds(stream_file, small_stream, t
         0 < count < state.scene.count
         for count, state in zip(counts, small_stream.states, strict=True)
     )
+
+
+def test_the_matrix_of_a_transform_is_given_row_by_row(stream_file, small_stream, tmp_path):
+    matrix = "0,-2,0,0.5,2,0,0,0,0,0,2,-1"  # a quarter turn about z, twice the size, and a shift
+    options = ["--transform", matrix, "--profile", "coarse"]
+    json_output = run_json("edit", stream_file, "-o", tmp_path / "out.quarc", *options)
+
+    assert json_output["bounds"]["sh_dc"] == PROFILES["coarse"].sh_dc != PROFILES["fine"].sh_dc
+    edited_scenes = decode((tmp_path / "out.quarc").read_bytes())
+    for scene, state in zip(edited_scenes, small_stream.states, strict=True):
+        x, y, z = dequantize(state.scene).positions.mean(axis=0)
+        assert dequantize(scene).positions.mean(axis=0) == pytest.approx(
+            (0.5 - 2 * y, 2 * x, 2 * z - 1), abs=json_output["bounds"]["position"]
+        )
 
 
 @pytest.mark.parametrize("corners", ["1,1,1,-0.2,-1,-1", "1,-1,1,-0.2,1,-1"])

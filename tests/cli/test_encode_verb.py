@@ -264,11 +264,22 @@ def test_an_existing_output_is_rejected_before_anything_is_read(tmp_path):
     assert (tmp_path / "a.quarc").read_text() == "mine"
 
 
-def test_every_nth_frame_can_be_canonical_as_the_metadata_states(capture, tmp_path):
-    every = ["--keyframe-interval", 1, "--frames", 3]
+@pytest.mark.parametrize(("option", "kind"), [("keyframe", "canonical"), ("snapshot", "snapshot")])
+def test_every_nth_frame_can_be_a_keyframe_as_the_metadata_states(option, kind, capture, tmp_path):
+    every = [f"--{option}-interval", 1, "--frames", 3]
     json_output = run_json("encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS, *every)
     frames = run_json("inspect", tmp_path / "a.quarc")["per_frame"]
 
-    assert [frame["kind"] for frame in frames] == ["canonical"] * 3
-    assert "canonical.keyframe_interval=1" in json_output["metadata"]["settings"].split()
+    assert [frame["kind"] for frame in frames] == ["canonical", kind, kind]
+    assert f"canonical.{option}_interval=1" in json_output["metadata"]["settings"].split()
     assert run_json("cut", tmp_path / "a.quarc", "--frames", "2:", "-o", tmp_path / "b")["frames"]
+
+
+def test_format_and_target_size_are_those_of_the_options(capture, encoded_stream, tmp_path):
+    file = tmp_path / "a.quarc"
+    options = ["--format", "1.0", "--target-kb-per-frame", 1.5, "--frames", 2]
+    json_output = run_json("encode", capture, "-o", file, *TINY_OPTIONS, *options)
+
+    headers = [next(decode(path.read_bytes())).header for path in (encoded_stream.file, file)]
+    assert [header.updates for header in headers] == [True, False]
+    assert "target_kb_per_frame=1.5" in json_output["metadata"]["settings"].split()

@@ -2,6 +2,7 @@
 
 import pytest
 
+from quarc_ref.encoder.scenes.bounds import PROFILES
 from quarc_ref.export.clip import Frame
 from quarc_ref.export.gaussian_ply import build_ply
 from quarc_ref.streams import decode
@@ -40,14 +41,15 @@ def test_frames_keep_their_ordinals(stream_file, tmp_path):
     assert [scene.frame for scene in decode(data)] == [2, 3]
 
 
-def test_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
-    options = ["--bound", "position=0.001", "--bound", "rotation=0.03"]
+def test_profile_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
+    options = ["--profile", "coarse", "--bound", "position=0.001", "--bound", "rotation=0.03"]
     options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]
     json_output = run_json("import", folder, "-o", tmp_path / "a.quarc", *options)
     scenes = list(decode((tmp_path / "a.quarc").read_bytes()))
 
     assert json_output["bounds"]["position"] == 0.001
     assert json_output["bounds"]["rotation"] == 0.03
+    assert json_output["bounds"]["sh_dc"] == PROFILES["coarse"].sh_dc != PROFILES["fine"].sh_dc
     assert scenes[0].header.frames_per_second == 24
     assert scenes[0].header.up_axis == 5
     assert [scene.phase for scene in scenes] == [0, 1, 0, 1]

@@ -67,11 +67,18 @@ def test_the_kind_of_output_can_be_given(stream_file, tmp_path):
     assert VideoReader(tmp_path / "film").frame_count == 4
 
 
-@pytest.mark.parametrize(("width", "pixel_format"), [(32, "yuv420p"), (33, "yuv444p")])
-def test_colors_are_at_half_resolution_if_the_size_allows_it(
-    width, pixel_format, stream_file, tmp_path
+@pytest.mark.parametrize(
+    ("options", "pixel_format"),
+    [
+        (["--width", 32], "yuv420p"),
+        (["--width", 33], "yuv444p"),
+        (["--width", 32, "--pixels", "yuv444p"], "yuv444p"),
+    ],
+)
+def test_colors_are_at_half_resolution_if_options_and_size_allow_it(
+    options, pixel_format, stream_file, tmp_path
 ):
-    run_json("render", stream_file, "-o", tmp_path / "o.mp4", "--width", width)
+    run_json("render", stream_file, "-o", tmp_path / "o.mp4", *options)
 
     with av.open(tmp_path / "o.mp4") as container:
         assert container.streams.video[0].pix_fmt == pixel_format

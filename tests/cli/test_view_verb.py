@@ -1,6 +1,7 @@
 import signal
 import socket
 import subprocess
+import urllib.error
 import urllib.request
 import webbrowser
 from contextlib import contextmanager
@@ -158,6 +159,15 @@ def test_an_address_of_another_machine_is_a_failure_of_the_tool(stream_file):
     assert result.exit_code == 3
     assert result.stderr.startswith("quarc-ref: cannot listen on 192.0.2.1: ")
     assert len(result.stderr.splitlines()) == 1
+
+
+def test_requests_for_an_allowed_host_name_are_answered(stream_file, small_stream):
+    with _open_viewer(stream_file, "--allow-host", "viewer.example") as (_, json_output):
+        url = f"{json_output['url']}stream.quarc"
+
+        assert _fetch(url, Host="viewer.example") == small_stream.data
+        with pytest.raises(urllib.error.HTTPError, match="403"):
+            _fetch(url, Host="other.example")
 
 
 @pytest.mark.parametrize("name", ["https://viewer.example", "viewer.example:80", ""])
