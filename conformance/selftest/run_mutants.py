@@ -145,7 +145,7 @@ def summarize_categories(outcomes: list[Outcome]) -> tuple[str, bool]:
 
 
 def main() -> int:
-    """Return 0 if all mutants were detected by the expected categories, otherwise 1."""
+    """Return 0 if all mutants were detected by the expected categories, 1 if not, 2 if none ran."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -157,9 +157,11 @@ def main() -> int:
     )
     parser.add_argument("--package", type=Path, default=PACKAGE, help="package to copy and change")
     options = parser.parse_args()
+    mutants = [mutant for mutant in MUTANTS if options.only in mutant.name]
+    if not mutants:
+        parser.error(f"--only {options.only}: no name of a mutant contains this")
     os.environ["QUARC_REF_ENGINE"] = "reference"  # mutants change only this engine
     suite = Suite.load(_HERE.parent)
-    mutants = [mutant for mutant in MUTANTS if options.only in mutant.name]
     limits = Limits(options.timeout, 512)
     needed_categories = len(CATEGORIES) if options.all else 1
     try_next_mutant = partial(

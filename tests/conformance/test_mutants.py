@@ -11,6 +11,7 @@ from run_mutants import (
     Outcome,
     copy_with_mutant,
     describe_outcome,
+    main,
     summarize_categories,
 )
 
@@ -37,6 +38,14 @@ def test_a_mutant_that_does_not_apply_is_an_error(tmp_path):
 
     with pytest.raises(ValueError, match="0 times"):
         copy_with_mutant(mutant, ROOT / "quarc_ref", tmp_path)
+
+
+def test_an_empty_selection_fails(monkeypatch, capsys):
+    monkeypatch.setattr("sys.argv", ["run_mutants.py", "--only", "nothing"])
+
+    with pytest.raises(SystemExit, match="2"):
+        main()
+    assert "--only nothing: no name of a mutant contains this" in capsys.readouterr().err
 
 
 def test_a_surviving_mutant_is_reported_and_fails():
