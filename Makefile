@@ -107,7 +107,7 @@ player-tests: $(READY)
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
 TYPESCRIPT := decoders/typescript
 
-conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and the reference encoder.
+conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and the encoder; test core/wasm/ and decoders/typescript/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
 	@if command -v cargo >/dev/null; then \
@@ -118,10 +118,11 @@ conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)" --timeout 300 --memory 2048 \
 	  --encoder "$(BIN)/python conformance/encoder/encode_scene.py"
 	@if command -v node >/dev/null && core/wasm/build.sh && core/wasm/build.sh --conformance; then \
-	  $(BIN)/python conformance/run.py --decoder "node core/wasm/conformance.mjs"; \
+	  $(BIN)/python conformance/run.py --decoder "node core/wasm/conformance.mjs" && \
+	  node --test core/wasm/quarc.test.mjs; \
 	else echo "Node is not installed, or the WebAssembly module cannot be built: core/wasm is skipped"; fi
 	@if command -v npm >/dev/null; then \
-	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm run --silent build && cd - >/dev/null && \
+	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm test --silent && cd - >/dev/null && \
 	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; \
 	else echo "Node is not installed: $(TYPESCRIPT) is skipped"; fi
 

@@ -1,4 +1,4 @@
-/** `node --test core/wasm`, after build.sh: the module as a page uses it, with intact and damaged streams. */
+/** `node --test core/wasm/quarc.test.mjs`, after build.sh: the module as a page uses it, with intact and damaged streams. */
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
