@@ -1,4 +1,4 @@
-"""Pages for readers, and the commands in them."""
+"""Pages for readers, and the commands and programs in them."""
 
 import re
 import textwrap
@@ -6,9 +6,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 GUIDES = ROOT / "docs" / "guides"
-FENCE = re.compile(r"^( *)```sh\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
+FENCE = re.compile(r"^ *```(\w+)\n(.*?)^ *```$", re.MULTILINE | re.DOTALL)
 
 
-def find_fences(page: Path) -> list[str]:
-    """Return the shell fences of a page in order."""
-    return [textwrap.dedent(fence) for _, fence in FENCE.findall(page.read_text("utf-8"))]
+def find_fences(page: Path, language: str = "sh") -> list[str]:
+    """Return the fences of a page in a language, by default the shell, in order."""
+    fences = FENCE.findall(page.read_text("utf-8"))
+    return [textwrap.dedent(text) for name, text in fences if name == language]
