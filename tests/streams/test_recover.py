@@ -305,15 +305,18 @@ def test_a_stream_that_stops_growing_times_out():
     assert [gap.reject_id for gap in gaps] == ["truncated"]
 
 
-def test_every_byte_is_in_a_chunk_or_in_a_gap():
+def test_every_damaged_byte_is_in_one_gap():
     rng = random.Random(5)
     for _ in range(40):
         data = bytearray(_DATA)
-        for offset in rng.sample(range(_CHUNKS[1].offset, len(data)), 3):
+        damaged_offsets = rng.sample(range(_CHUNKS[1].offset, len(data)), 3)
+        for offset in damaged_offsets:
             data[offset] ^= 1 << rng.randrange(8)
         frames, gaps = _recover(bytes(data))
 
-        assert gaps
+        gap_ranges = [range(gap.offset, gap.offset + gap.byte_count) for gap in gaps]
+        for offset in damaged_offsets:
+            assert sum(offset in gap_range for gap_range in gap_ranges) == 1
         assert frames == sorted(set(frames))
         for earlier, later in itertools.pairwise(gaps):
             assert earlier.offset + earlier.byte_count <= later.offset

@@ -166,14 +166,19 @@ fn cameras_and_metadata_are_the_latest_ones() {
         assert_eq!(quarc_camera(decoder, 0, camera.as_mut_ptr()), QUARC_OK);
         let camera = camera.assume_init();
         let name = std::slice::from_raw_parts(camera.name.bytes, camera.name.length);
-        assert!(std::str::from_utf8(name).is_ok() && camera.width > 0 && camera.focal[0] > 0.0);
-        quarc_finish(decoder);
-        while quarc_pull(decoder, null_mut()) == QUARC_FRAME {} // the metadata follows the frames
+        assert!(name == b"left" && camera.width > 0 && camera.focal[0] > 0.0);
+        let mut other = MaybeUninit::<CameraView>::uninit();
         let mut entry = MaybeUninit::<EntryView>::uninit();
+        assert_eq!(quarc_camera(decoder, 1, other.as_mut_ptr()), QUARC_OK);
+        assert_eq!(quarc_metadata(decoder, 0, entry.as_mut_ptr()), QUARC_MISUSE);
+        quarc_finish(decoder);
+        while quarc_pull(decoder, null_mut()) == QUARC_FRAME {} // other cameras and metadata follow
+        assert_eq!(quarc_camera(decoder, 0, other.as_mut_ptr()), QUARC_OK);
+        assert_eq!(quarc_camera(decoder, 1, other.as_mut_ptr()), QUARC_MISUSE);
         assert_eq!(quarc_metadata(decoder, 0, entry.as_mut_ptr()), QUARC_OK);
         let entry = entry.assume_init();
         let key = std::slice::from_raw_parts(entry.key.bytes, entry.key.length);
-        assert!(std::str::from_utf8(key).map_or(false, |key| !key.is_empty()));
+        assert_eq!(key, b"title");
         assert_eq!(quarc_camera(decoder, 1 << 16, null_mut()), QUARC_MISUSE);
         quarc_close(&mut decoder);
     }

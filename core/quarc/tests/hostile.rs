@@ -91,7 +91,7 @@ fn decode(stream: &[u8]) -> (Vec<String>, Option<Error>) {
     }
 }
 
-/// The frames before the first gap. Checks that all bytes are in decoded chunks or in gaps.
+/// The frames before the first gap that loses frames. Checks that gaps are within the stream.
 fn recover(stream: &[u8]) -> Vec<String> {
     let (mut digests, mut whole) = (Vec::new(), true);
     let Ok(mut recovery) = Recovery::new(stream) else { return digests };
