@@ -1,0 +1,40 @@
+"""The engine is the chosen one, so that comparisons of the engines do compare two engines."""
+
+import pytest
+
+from quarc_ref.decoder import engines
+from quarc_ref.decoder.engine import FAST, REFERENCE
+from quarc_ref.decoder.reference_engine import ReferenceEngine
+from quarc_ref.format.errors import EnvironmentVariableError
+from tests.engines import needs_fast
+
+
+@needs_fast
+@pytest.mark.parametrize(
+    ("value", "is_reference"), [(REFERENCE, True), (FAST, False), ("", False), (None, False)]
+)
+def test_the_environment_variable_chooses_the_engine(value, is_reference, monkeypatch):
+    monkeypatch.delenv("QUARC_REF_ENGINE", raising=False)
+    if value is not None:
+        monkeypatch.setenv("QUARC_REF_ENGINE", value)
+
+    assert isinstance(engines.choose_engine(), ReferenceEngine) == is_reference
+
+
+@needs_fast
+def test_a_block_overrides_the_environment_variable(monkeypatch):
+    for outer, inner in ((REFERENCE, FAST), (FAST, REFERENCE)):
+        monkeypatch.setenv("QUARC_REF_ENGINE", outer)
+        with engines.use_engine(inner):
+            assert isinstance(engines.choose_engine(), ReferenceEngine) == (inner == REFERENCE)
+        assert isinstance(engines.choose_engine(), ReferenceEngine) == (outer == REFERENCE)
+
+
+def test_a_missing_fast_engine_is_replaced_unless_it_is_requested(monkeypatch):
+    monkeypatch.setattr(engines, "find_fast_engine", lambda: None)
+    monkeypatch.delenv("QUARC_REF_ENGINE", raising=False)
+    assert isinstance(engines.choose_engine(), ReferenceEngine)
+
+    monkeypatch.setenv("QUARC_REF_ENGINE", FAST)
+    with pytest.raises(EnvironmentVariableError, match="quarc_core is not installed"):
+        engines.choose_engine()
