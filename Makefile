@@ -129,8 +129,10 @@ conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and
 mutants: $(READY) ## Plant errors in the reference decoder, which the vectors must detect.
 	$(BIN)/python conformance/selftest/run_mutants.py
 
-clean: ## Remove all generated files.
-	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+clean: ## Remove everything that make generates, and all caches.
+	rm -rf $(VENV) build demo .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache *.egg-info
+	rm -rf core/target core/wasm/*.wasm $(TYPESCRIPT)/dist $(TYPESCRIPT)/node_modules
+	cd player && rm -rf build dist node_modules .reference
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # uv downloads several packages at once, which halves the time of a setup. It does not read pip's
