@@ -108,5 +108,5 @@ def real_capture() -> Path:
     """The folder of a real capture, which is not part of the repository."""
     folder = Path(os.environ.get("QUARC_CAPTURE", _DEFAULT_CAPTURE))
     if not folder.is_dir():
-        pytest.skip("no real capture: set QUARC_CAPTURE to a folder in N3DV's layout")
+        pytest.skip("no real capture: set QUARC_CAPTURE to panoptic_basketball in N3DV's layout")
     return folder

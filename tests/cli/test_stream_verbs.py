@@ -83,7 +83,7 @@ def test_a_stream_without_frames_is_valid(tmp_path):
     assert "None" not in run("verify", tmp_path / "empty.quarc").stdout
 
 
-def test_info_states_the_frames_of_a_truncated_stream(tmp_path):
+def test_info_states_the_frames_of_a_cut_stream(tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=6, canonical_every=3)[0])
     run("cut", tmp_path / "a.quarc", "--frames", "3:6", "-o", tmp_path / "cut.quarc")
 

@@ -1,5 +1,4 @@
 import math
-import os
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -22,11 +21,6 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from tests.datasets import scenes
 from tests.datasets.lenses import BARREL, distort
-
-REPOSITORY = Path(__file__).parents[2]
-REAL_CAPTURE = Path(
-    os.environ.get("QUARC_CAPTURE", REPOSITORY.parent / "shared" / "data" / "panoptic_basketball")
-)
 
 
 @pytest.fixture(scope="module")
@@ -301,33 +295,31 @@ def test_a_lens_that_cannot_be_undistorted_is_named_with_its_camera(folders, tmp
 
 
 @pytest.fixture(scope="module")
-def real_capture():
-    if not (REAL_CAPTURE / "poses_bounds.npy").is_file():
-        pytest.skip(f"no capture at {REAL_CAPTURE}; set QUARC_CAPTURE to panoptic_basketball")
-    return open_capture(REAL_CAPTURE)
+def basketball(real_capture):
+    return open_capture(real_capture)
 
 
 @pytest.mark.capture
-def test_the_real_capture_has_its_cameras_frames_and_bounds(real_capture):
-    assert [camera.name for camera in real_capture.cameras] == [f"cam{i:02d}" for i in range(30)]
-    assert (real_capture.frame_count, real_capture.frames_per_second) == (60, 30.0)
-    assert {(camera.width, camera.height) for camera in real_capture.cameras} == {(400, 224)}
-    assert real_capture.cameras[0].near == pytest.approx(1.01, abs=0.01)
-    assert real_capture.held_out == (0,)
-    assert real_capture.image(29, 59).shape == (224, 400, 3)
+def test_the_real_capture_has_its_cameras_frames_and_bounds(basketball):
+    assert [camera.name for camera in basketball.cameras] == [f"cam{i:02d}" for i in range(30)]
+    assert (basketball.frame_count, basketball.frames_per_second) == (60, 30.0)
+    assert {(camera.width, camera.height) for camera in basketball.cameras} == {(400, 224)}
+    assert basketball.cameras[0].near == pytest.approx(1.01, abs=0.01)
+    assert basketball.held_out == (0,)
+    assert basketball.image(29, 59).shape == (224, 400, 3)
 
 
 @pytest.mark.capture
-def test_the_real_captures_points_lie_in_its_pictures_and_match_their_colors(real_capture):
-    points = real_capture.points
+def test_the_real_captures_points_lie_in_its_pictures_and_match_their_colors(basketball):
+    points = basketball.points
     differences = []
-    for index, camera in enumerate(real_capture.cameras):
+    for index, camera in enumerate(basketball.cameras):
         rotation = np.reshape(camera.rotation, (3, 3))
         x, y, z = (points.positions @ rotation.T + camera.translation).T
         columns, rows = (camera.fx * x / z + camera.cx), (camera.fy * y / z + camera.cy)
         inside = (z > 0) & (columns >= 0) & (columns < 400) & (rows >= 0) & (rows < 224)
         assert inside.mean() > 0.2
-        pixels = real_capture.image(index, 0)[rows[inside].astype(int), columns[inside].astype(int)]
+        pixels = basketball.image(index, 0)[rows[inside].astype(int), columns[inside].astype(int)]
         differences.append(np.abs(pixels.astype(int) - points.colors[inside]).mean())
 
     # Occluded points differ in color, so the median over the cameras is compared.
