@@ -116,6 +116,11 @@ class StreamHeader:
         return 3 + self.rotation_components
 
     @property
+    def version_minor(self) -> int:
+        """Lowest minor version that has the features of the stream (SPEC 12)."""
+        return int(self.updates or self.snapshots)
+
+    @property
     def frames_per_second(self) -> float:
         """Frame rate of the stream."""
         return self.timescale / self.frame_ticks

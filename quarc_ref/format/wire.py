@@ -90,7 +90,7 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
 def build_stream_header(header: StreamHeader) -> bytes:
     """Return the payload of HEAD."""
     features = sum(bit for name, bit in _FEATURE_BITS.items() if getattr(header, name))
-    version_values = (constants.VERSION_MAJOR, 1 if features else 0, features, 0)
+    version_values = (constants.VERSION_MAJOR, header.version_minor, features, 0)
     version = {
         field.name: number for field, number in zip(VERSION.subcons, version_values, strict=True)
     }

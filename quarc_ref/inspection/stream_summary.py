@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
+from quarc_ref.format.constants import VERSION_MAJOR
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.inspection.symbols import MagnitudeHistograms
 
@@ -114,6 +114,11 @@ class StreamSummary:
     chunks: tuple[ChunkSummary, ...]
 
     @property
+    def format_version(self) -> str:
+        """Lowest format version that has the features of the stream, such as `1.1`."""
+        return f"{VERSION_MAJOR}.{self.header.version_minor}"
+
+    @property
     def gaussian_count(self) -> int:
         """Number of Gaussians in the last frame; 0 in a stream without frames."""
         return self.frames[-1].gaussians if self.frames else 0
@@ -156,7 +161,7 @@ class StreamSummary:
         """Return the values for `info --json`."""
         last = self.frames[-1] if self.frames else None
         return {
-            "format_version": f"{VERSION_MAJOR}.{VERSION_MINOR}",
+            "format_version": self.format_version,
             "level": self.header.level / 10,
             "frames": len(self.frames),
             "frames_per_second": self.header.frames_per_second,

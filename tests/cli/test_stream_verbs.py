@@ -11,8 +11,8 @@ from tests.cli.commands import list_names, run, run_json
 from tests.small_streams import CAMERA, make_gaussians, make_stream
 
 
-def _write_stream(path, metadata, frames=1):
-    sink, header = io.BytesIO(), StreamHeader()
+def _write_stream(path, metadata, frames=1, **header_fields):
+    sink, header = io.BytesIO(), StreamHeader(**header_fields)
     loop = ClosedLoop(sink, header, (CAMERA,), metadata)
     if frames:
         loop.commit_canonical(make_gaussians(header, 5), frame=0)
@@ -23,7 +23,7 @@ def _write_stream(path, metadata, frames=1):
 def test_info_gives_every_figure_as_json(stream_file, small_stream):
     json_output = run_json("info", stream_file)
 
-    assert json_output["format_version"] == "1.1"
+    assert json_output["format_version"] == "1.0"
     assert json_output["frames"] == 4
     assert json_output["gaussians"] == small_stream.states[-1].scene.count
     assert json_output["anchors"] == max(
@@ -37,6 +37,15 @@ def test_info_gives_every_figure_as_json(stream_file, small_stream):
         *("canonical", "snapshots", "motion", "updates", "births")
     }
     assert json_output["state_sha256"] == compute_digest(small_stream.states[-1].scene)
+
+
+@pytest.mark.parametrize("feature", ["updates", "snapshots"])
+def test_info_names_the_version_that_has_the_features_of_the_stream(tmp_path, feature):
+    path = tmp_path / "new.quarc"
+    _write_stream(path, {}, **{feature: True})
+
+    assert run_json("info", path)["format_version"] == "1.1"
+    assert re.search(r"format +1\.1, conformance level 1\.0 ", run("info", path).stdout)
 
 
 def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):

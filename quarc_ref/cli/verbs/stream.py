@@ -158,6 +158,7 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
     coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
     kilobytes, header = summary.kilobytes_per_frame(), summary.header
     fields = {
+        "format": f"{summary.format_version}, conformance level {header.level / 10:.1f}",
         "frames": f"{_format_frame_range(summary)} at {header.frames_per_second:g} per second",
         "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
         "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
