@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 CORE := $(VENV)/.core
 
 .DEFAULT_GOAL := help
-.PHONY: help setup lock outdated locked demo test ci check checks lint types imports docs core player player-build player-tests conformance mutants clean
+.PHONY: help setup lock outdated locked demo test ci check checks lint types imports docs core typescript player player-build player-tests conformance mutants clean
 
 help: ## Print this list.
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-12s %s\n", $$1, $$2}'
@@ -59,7 +59,7 @@ check: ## Run what CI runs, with the thorough tests, which take ten more minutes
 # What measures no time, two at once: core/ needs no Python, so it is tested while packages are
 # installed. The tests of Python and of the player follow one after the other, because some of them
 # have time limits.
-checks: core $(READY) player-build locked lint types imports docs $(CORE)
+checks: core $(READY) player-build typescript locked lint types imports docs $(CORE)
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -89,6 +89,11 @@ core: ## Check format and lints of core/, and run its tests.
 	else cd core && unset MAKEFLAGS MFLAGS && \
 	  cargo fmt --check && cargo clippy --quiet --all-targets -- -D warnings && cargo test --quiet --workspace; fi
 
+TYPESCRIPT := decoders/typescript
+typescript: ## Build the decoder in TypeScript, and run its tests.
+	@if ! command -v npm >/dev/null; then echo "npm is not installed: $(TYPESCRIPT) is skipped"; \
+	else cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm test --silent; fi
+
 player: ## Build player/, test it (in Chromium, if installed), and store it in the package.
 	$(MAKE) player-build
 	$(MAKE) player-tests
@@ -105,9 +110,8 @@ player-tests: $(READY)
 	  QUARC_PYTHON=$(abspath $(BIN))/python npm test --silent && QUARC_WASM=../$(WASM) node keep.mjs; fi
 
 REFERENCE := env QUARC_REF_ENGINE=reference $(BIN)/python -m quarc_ref.conformance
-TYPESCRIPT := decoders/typescript
 
-conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and the encoder; test core/wasm/ and decoders/typescript/.
+conformance: $(READY) $(CORE) typescript ## Run the conformance suite with all decoders and the encoder; test core/wasm/.
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE)"
 	$(BIN)/python conformance/run.py --decoder "$(REFERENCE) --coder python"
 	@if command -v cargo >/dev/null; then \
@@ -122,9 +126,7 @@ conformance: $(READY) $(CORE) ## Run the conformance suite with all decoders and
 	  node --test core/wasm/quarc.test.mjs; \
 	else echo "Node is not installed, or the WebAssembly module cannot be built: core/wasm is skipped"; fi
 	@if command -v npm >/dev/null; then \
-	  cd $(TYPESCRIPT) && { [ -d node_modules ] || npm ci --silent; } && npm test --silent && cd - >/dev/null && \
-	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; \
-	else echo "Node is not installed: $(TYPESCRIPT) is skipped"; fi
+	  $(BIN)/python conformance/run.py --decoder "node $(TYPESCRIPT)/dist/src/main.js"; fi
 
 mutants: $(READY) ## Plant errors in the reference decoder, which the vectors must detect.
 	$(BIN)/python conformance/selftest/run_mutants.py
