@@ -183,7 +183,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         "--real",
         type=Path,
         metavar="DIR",
-        help="capture to encode with four sets of held-out cameras",
+        help="capture to encode with up to four sets of held-out cameras",
     )
     add(
         "--still", type=Path, metavar="DIR", help="capture to encode with its first camera held out"

@@ -11,7 +11,7 @@ from studies import write_status
 
 DEFAULT_TRACED_NAMES = (*VARIANTS, "playroom-4", "playroom-8", "playroom-30", "playroom-640x480")
 _CAPTURE_FRAMES = 40  # needed even for frame 0 alone, to find the pixels that move
-_HELD_OUT_SET_COUNT = 4
+_MAX_HELD_OUT_SETS = 4
 _MIN_CAMERAS = 4  # three held-out cameras and one for training
 _TRACED_NAME = re.compile(
     rf"(?P<variant>{'|'.join(VARIANTS)})(-(?P<cameras>\d+))?(-(?P<width>\d+)x(?P<height>\d+))?"
@@ -36,7 +36,7 @@ class StudyCapture:
 
 
 def choose_held_out_sets(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
-    """Return four sets of three cameras; the cameras of a set are a third of the rig apart.
+    """Return up to four different sets of three cameras, which are a third of the rig apart.
 
     Args:
         cameras: Names of all cameras.
@@ -50,10 +50,11 @@ def choose_held_out_sets(cameras: Sequence[str]) -> tuple[HeldOut, ...]:
             f"{count} cameras are too few to hold out three; at least {_MIN_CAMERAS} are needed"
         )
         raise ValueError(message)
-    return tuple(
-        tuple(names[(2 * k + 1 + j * (count // 3)) % count] for j in range(3))
-        for k in range(_HELD_OUT_SET_COUNT)
-    )
+    sets_by_members: dict[frozenset[str], HeldOut] = {}  # rigs of 6 and 9 cameras have fewer sets
+    for first in (*range(1, count, 2), *range(0, count, 2)):
+        held_out = tuple(names[(first + j * (count // 3)) % count] for j in range(3))
+        sets_by_members.setdefault(frozenset(held_out), held_out)
+    return tuple(sets_by_members.values())[:_MAX_HELD_OUT_SETS]
 
 
 def parse_traced_name(name: str) -> SynthOptions:

@@ -25,6 +25,16 @@ def test_each_set_has_three_different_cameras(count):
         assert set(held_out) < set(names)
 
 
+@pytest.mark.parametrize(("count", "set_count"), [(4, 4), (6, 2), (9, 3), (12, 4), (18, 4)])
+def test_no_set_is_held_out_twice(count, set_count):
+    names = [f"cam{index:02}" for index in range(count)]
+
+    held_out_sets = choose_held_out_sets(names)
+
+    assert len({frozenset(held_out) for held_out in held_out_sets}) == set_count
+    assert len(held_out_sets) == set_count
+
+
 def test_too_few_cameras_are_rejected():
     with pytest.raises(ValueError, match="3 cameras are too few"):
         choose_held_out_sets(["a", "b", "c"])
