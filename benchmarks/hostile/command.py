@@ -1,6 +1,7 @@
 """The command line of benchmarks/hostile.py."""
 
 import argparse
+import hashlib
 import json
 import os
 import sys
@@ -30,9 +31,11 @@ _process_series: list[Series] = []  # the series of this worker process, at most
 def main() -> int:
     """Judge the requested mutants and print the results; return the exit status."""
     arguments = _parse_arguments()
+    if not _read_seeds(arguments.seeds):
+        sys.exit(f"{arguments.seeds} contains no streams (*.quarc) to mutate")
     if arguments.only is not None:
         return _judge_one(arguments)
-    folder: Path = arguments.out / f"{_name_kind(arguments)}_{arguments.series}"
+    folder: Path = arguments.out / _name_series(arguments)
     (folder / "failures").mkdir(parents=True, exist_ok=True)
     saved_blocks = read_blocks(folder / "blocks.jsonl")
     blocks = _list_blocks(arguments.streams)
@@ -84,10 +87,14 @@ def _parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
-def _name_kind(arguments: argparse.Namespace) -> str:
+def _name_series(arguments: argparse.Namespace) -> str:
+    """Return the name of the folder of a series; mutants also depend on the seeds."""
     if arguments.structured:
-        return "structured"
-    return "both_engines" if arguments.both_engines else "series"
+        return f"structured_{arguments.series}"
+    kind, digest = "both_engines" if arguments.both_engines else "series", hashlib.sha256()
+    for name, data in _read_seeds(arguments.seeds).items():
+        digest.update(f"{name} {len(data)} ".encode() + data)
+    return f"{kind}_{arguments.series}_{digest.hexdigest()[:8]}"
 
 
 def _list_blocks(streams: int) -> list[_Block]:
@@ -97,6 +104,8 @@ def _list_blocks(streams: int) -> list[_Block]:
 
 def _judge_blocks(blocks: list[_Block], folder: Path, arguments: argparse.Namespace) -> None:
     failures = folder / "failures"
+    for path in failures.glob(_NUMBER_FILE_PREFIX + "*"):  # left by an interrupted run
+        path.unlink()
     with ProcessPoolExecutor(
         arguments.processes, initializer=_prepare_process, initargs=(arguments,)
     ) as pool:

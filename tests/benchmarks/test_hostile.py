@@ -26,11 +26,12 @@ def _run_fuzzer(folder, *arguments):
 @needs_fast
 def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(tmp_path):
     first_report = _run_fuzzer(tmp_path, "--streams", 150)
-    saved_blocks = (tmp_path / "series_0" / "blocks.jsonl").read_text()
+    (blocks_path,) = tmp_path.glob("series_0*/blocks.jsonl")
+    saved_blocks = blocks_path.read_text()
     second_report = _run_fuzzer(tmp_path, "--streams", 150)
 
     assert first_report == second_report
-    assert (tmp_path / "series_0" / "blocks.jsonl").read_text() == saved_blocks
+    assert blocks_path.read_text() == saved_blocks
     assert first_report["streams"] == 150
     assert (
         first_report["decoded"]
@@ -40,6 +41,26 @@ def test_mutants_end_in_frames_or_rejections_and_a_run_resumes_where_it_stopped(
     )
     assert first_report["escapes"] == first_report["hangs"] == 0
     assert 0 < first_report["peak_rss_mib"] < judge.MAX_MEBIBYTES
+
+
+@needs_fast
+def test_results_of_other_seeds_are_not_reused(tmp_path):
+    seeds = tmp_path / "seeds"
+    seeds.mkdir()
+    (seeds / "full.quarc").write_bytes(SEEDS["full"])
+
+    reports = [_run_fuzzer(tmp_path, "--streams", 40)]
+    reports.append(_run_fuzzer(tmp_path, "--streams", 40, "--seeds", seeds))
+
+    assert reports[0]["rejections"] != reports[1]["rejections"]
+
+
+def test_a_folder_without_seeds_is_rejected(tmp_path):
+    command = [sys.executable, SCRIPT, "--out", tmp_path, "--seeds", tmp_path]
+    completed = subprocess.run(command, capture_output=True, text=True, check=False)
+
+    assert completed.returncode == 1
+    assert completed.stderr == f"{tmp_path} contains no streams (*.quarc) to mutate\n"
 
 
 @needs_fast
