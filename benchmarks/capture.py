@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from options import parse_positive
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.presets import PRESETS, choose_preset
@@ -89,7 +90,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("captures", nargs="+", type=Path, metavar="CAPTURE")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")
-    parser.add_argument("--frames", type=int)
+    parser.add_argument("--frames", type=parse_positive)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     rows = [measure(folder, arguments.preset, arguments.frames) for folder in arguments.captures]

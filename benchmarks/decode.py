@@ -22,6 +22,7 @@ from typing import Any
 
 import moving_stream
 from moving_stream import Job, write_moving_stream
+from options import parse_count, parse_positive
 
 GAUSSIAN_COUNTS = (20_000, 100_000, 244_000, 1_000_000)
 _FRAMES_BY_SIZE = {1_000_000: 21}
@@ -119,19 +120,19 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
 def main() -> None:
     """Measure one stream, or streams of all sizes with `--table`, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--births", type=int, default=150)
+    parser.add_argument("--births", type=parse_count, default=150)
     single_stream_options = [
-        parser.add_argument("--gaussians", type=int, default=244_000),
-        parser.add_argument("--anchors-per", type=int, default=4),
-        parser.add_argument("--resample", type=int, default=2),
-        parser.add_argument("--frames", type=int, default=101),
+        parser.add_argument("--gaussians", type=parse_positive, default=244_000),
+        parser.add_argument("--anchors-per", type=parse_positive, default=4),
+        parser.add_argument("--resample", type=parse_positive, default=2),
+        parser.add_argument("--frames", type=parse_positive, default=101),
         parser.add_argument(
             "--updated",
             type=float,
             default=0.0,
             help="share of the Gaussians that are updated in each frame",
         ),
-        parser.add_argument("--threads", type=int, default=2),
+        parser.add_argument("--threads", type=parse_positive, default=2),
         parser.add_argument(
             "--sparse",
             action="store_true",

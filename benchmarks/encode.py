@@ -14,6 +14,7 @@ import platform
 from pathlib import Path
 from typing import Any
 
+from options import add_set_option, parse_count, parse_positive
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
@@ -70,14 +71,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("capture", type=Path, metavar="CAPTURE")
     parser.add_argument("--preset", choices=sorted(PRESETS), default="main")
-    parser.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", dest="changes")
-    parser.add_argument("--frames", type=int, default=6)
-    parser.add_argument("--seed", type=int, default=0)
+    add_set_option(parser)
+    parser.add_argument("--frames", type=parse_positive, default=6)
+    parser.add_argument("--seed", type=parse_count, default=0)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     if arguments.frames <= FIRST_TIMED_FRAME:
         parser.error(f"--frames must be at least {FIRST_TIMED_FRAME + 1}")
-    config = make_config(arguments.preset, arguments.changes, arguments.seed)
+    config = make_config(arguments.preset, arguments.set, arguments.seed)
     row = measure(arguments.capture, config, arguments.frames)
     print(json.dumps(row, indent=2) if arguments.json else format_table(row))
 

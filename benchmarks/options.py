@@ -3,6 +3,27 @@
 import argparse
 
 
+def parse_count(text: str) -> int:
+    """Return a number of the command line that must be at least 0."""
+    return _parse_int(text, 0)
+
+
+def parse_positive(text: str) -> int:
+    """Return a number of the command line that must be at least 1."""
+    return _parse_int(text, 1)
+
+
+def _parse_int(text: str, minimum: int) -> int:
+    try:
+        number = int(text)
+    except ValueError:
+        number = minimum - 1
+    if number < minimum:
+        message = f"{text!r} is not a whole number of at least {minimum}"
+        raise argparse.ArgumentTypeError(message)
+    return number
+
+
 def add_set_option(parser: argparse.ArgumentParser) -> None:
     """Add the option `--set KEY=VALUE`; its values are collected in the list `set`."""
     parser.add_argument(
@@ -17,8 +38,8 @@ def add_set_option(parser: argparse.ArgumentParser) -> None:
 def add_capture_options(parser: argparse.ArgumentParser) -> None:
     """Add the options for reading a capture: `--frames`, `--downscale` and `--held-out`."""
     add = parser.add_argument
-    add("--frames", type=int, help="number of frames (default: all)")
-    add("--downscale", type=int, default=1, help="downscale pictures by this factor")
+    add("--frames", type=parse_positive, help="number of frames (default: all)")
+    add("--downscale", type=parse_positive, default=1, help="downscale pictures by this factor")
     add(
         "--held-out",
         action="append",

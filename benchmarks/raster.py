@@ -15,6 +15,7 @@ from statistics import median
 
 import torch
 
+from options import parse_positive
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
@@ -72,10 +73,10 @@ def time_rasterizer(
 def main() -> None:
     """Time both rasterizers, and print the results."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--gaussians", type=int, default=40_000)
-    parser.add_argument("--width", type=int, default=400)
-    parser.add_argument("--height", type=int, default=224)
-    parser.add_argument("--repeats", type=int, default=10)
+    parser.add_argument("--gaussians", type=parse_positive, default=40_000)
+    parser.add_argument("--width", type=parse_positive, default=400)
+    parser.add_argument("--height", type=parse_positive, default=224)
+    parser.add_argument("--repeats", type=parse_positive, default=10)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     width, height = arguments.width, arguments.height

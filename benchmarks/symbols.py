@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 
+from options import parse_count, parse_positive
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.reconstruct import begin_frame, motion_contexts, move
 from quarc_ref.decoder.state import State
@@ -191,9 +192,9 @@ def time_calls(call: Callable[[], object], repeats: int) -> dict[str, float]:
 def main() -> None:
     """Time both regimes with every entropy decoder, and print the rows."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--gaussians", type=int, default=244_000)
-    parser.add_argument("--births", type=int, default=150)
-    parser.add_argument("--repeats", type=int, default=20)
+    parser.add_argument("--gaussians", type=parse_positive, default=244_000)
+    parser.add_argument("--births", type=parse_count, default=150)
+    parser.add_argument("--repeats", type=parse_positive, default=20)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     state = make_canonical(arguments.gaussians, np.random.default_rng(0))

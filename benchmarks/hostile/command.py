@@ -18,6 +18,7 @@ from hostile import judge
 from hostile.blocks import BLOCK_SIZE, Series, Tally, append_block, judge_block, read_blocks
 from hostile.mutations import Mutator
 from hostile.structured.maker import StructuredMaker
+from options import parse_count, parse_positive
 
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _DESCRIPTION = (
@@ -56,8 +57,14 @@ def main() -> int:
 def _parse_arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=_DESCRIPTION)
     add = parser.add_argument
-    add("--streams", type=int, default=10_000, metavar="N", help="number of mutants")
-    add("--processes", type=int, default=1, metavar="P", help="number of worker processes")
+    add("--streams", type=parse_positive, default=10_000, metavar="N", help="number of mutants")
+    add(
+        "--processes",
+        type=parse_positive,
+        default=1,
+        metavar="P",
+        help="number of worker processes",
+    )
     add(
         "--structured",
         action="store_true",
@@ -68,7 +75,7 @@ def _parse_arguments() -> argparse.Namespace:
         action="store_true",
         help="decode every mutant with both engines, and compare their frames and rejections",
     )
-    add("--series", type=int, default=0, metavar="S", help="seed of the series of mutants")
+    add("--series", type=parse_count, default=0, metavar="S", help="seed of the series of mutants")
     add("--seeds", type=Path, default=_SEEDS, metavar="DIR", help="valid streams to mutate")
     add(
         "--out",
@@ -79,7 +86,7 @@ def _parse_arguments() -> argparse.Namespace:
     )
     add(
         "--only",
-        type=int,
+        type=parse_count,
         metavar="N",
         help="judge only mutant N and print the result",
     )

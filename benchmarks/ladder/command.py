@@ -12,6 +12,7 @@ from atomic_files import write_atomically
 from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from ladder.tables import format_rows
+from options import add_set_option, parse_count, parse_positive
 from paper.unquantized import open_training_context
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.cli.errors import UsageError
@@ -155,19 +156,19 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     )
     add(
         "--frame",
-        type=_parse_count,
+        type=parse_count,
         default=0,
         metavar="T",
         help="ordinal of the decoded start frame",
     )
     add(
         "--ahead",
-        type=_parse_positive,
+        type=parse_positive,
         nargs="+",
         default=[1, 5],
         help="how many frames after T the fitted frames are",
     )
-    add("--iterations", type=_parse_positive, nargs="+", default=[300, 1000])
+    add("--iterations", type=parse_positive, nargs="+", default=[300, 1000])
     add("--rungs", nargs="+", choices=list(RUNGS), default=list(RUNGS), metavar="NAME",
         help=f"rungs to compute: {', '.join(RUNGS)}")  # fmt: skip
     add(
@@ -178,30 +179,8 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         help="folder for rows and table",
     )
     add("--preset", choices=sorted(PRESETS), default="main")
-    add(
-        "--set",
-        action="append",
-        default=[],
-        metavar="KEY=VALUE",
-        help="change a setting of the preset",
-    )
+    add_set_option(parser)
     add("--held-out", action="append", default=[], metavar="CAMERA", help="camera to "
         "hold out; used only without --stream")  # fmt: skip
-    add("--seed", type=_parse_count, default=0)
+    add("--seed", type=parse_count, default=0)
     return parser.parse_args(command_line)
-
-
-def _parse_count(text: str) -> int:
-    number = int(text)
-    if number < 0:
-        message = f"{number} is below 0"
-        raise argparse.ArgumentTypeError(message)
-    return number
-
-
-def _parse_positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        message = f"{number} is below 1"
-        raise argparse.ArgumentTypeError(message)
-    return number

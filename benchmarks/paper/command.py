@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from atomic_files import write_atomically
-from options import add_capture_options, add_set_option
+from options import add_capture_options, add_set_option, parse_count
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
@@ -225,7 +225,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     add("--preset", choices=sorted(PRESETS), default="main", help="preset of the full method")
     add_set_option(parser)
     add_capture_options(parser)
-    add("--seed", type=int, default=0)
+    add("--seed", type=parse_count, default=0)
     add(
         "--only",
         type=_split_names,

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from options import add_set_option
+from options import add_set_option, parse_positive
 from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
@@ -204,19 +204,19 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     )
     add(
         "--frames",
-        type=_parse_positive,
+        type=parse_positive,
         default=1,
         help="number of frames of every encode; default: 1",
     )
     add(
         "--seeds",
-        type=_parse_positive,
+        type=parse_positive,
         default=5,
         help="number of seeds, starting at 0; default: 5",
     )
     add("--preset", choices=sorted(PRESETS), default="main")
     add_set_option(parser)
-    add("--downscale", type=_parse_positive, default=1, help="downscale pictures by this factor")
+    add("--downscale", type=parse_positive, default=1, help="downscale pictures by this factor")
     add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS for VGG16")
     add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
     add("--workers", type=int, default=1, help="number of parallel encodes")
@@ -233,11 +233,3 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
 
 def _split_names(text: str) -> list[str]:
     return list(dict.fromkeys(name for name in text.split(",") if name))
-
-
-def _parse_positive(text: str) -> int:
-    number = int(text)
-    if number < 1:
-        message = f"{number} is below 1"
-        raise argparse.ArgumentTypeError(message)
-    return number

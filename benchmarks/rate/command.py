@@ -5,7 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from options import add_capture_options
+from options import add_capture_options, parse_positive
 from quarc_ref.encoder.settings.presets import PRESETS
 from rate.claims import (
     Claim,
@@ -108,7 +108,12 @@ def _parse_arguments() -> argparse.Namespace:
         help="do not compare with a stream of the preset `paper`",
     )
     add("--sweep", action="store_true", help="also measure variations of the preset's settings")
-    add("--sweep-frames", type=int, metavar="N", help="number of frames in each stream of --sweep")
+    add(
+        "--sweep-frames",
+        type=parse_positive,
+        metavar="N",
+        help="number of frames in each stream of --sweep",
+    )
     add("--json", action="store_true", help="print JSON instead of tables")
     return parser.parse_args()
 
