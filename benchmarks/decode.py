@@ -16,7 +16,6 @@ import os
 import subprocess
 import sys
 import tempfile
-from dataclasses import astuple
 from pathlib import Path
 from typing import Any
 
@@ -32,9 +31,9 @@ _CLI_CODE = "from quarc_ref.cli.app import main; main()"
 def make_stream(job: Job, cache: Path) -> Path:
     """Return the path of a job's stream; generate the stream if it is not in the cache."""
     cache.mkdir(parents=True, exist_ok=True)
-    name_parts = (*astuple(job)[:5], round(1000 * job.updated_share), *["sparse"] * job.sparse)
-    source_digest = hashlib.sha256(Path(moving_stream.__file__).read_bytes()).hexdigest()[:8]
-    path = cache / f"moving-{'-'.join(map(str, name_parts))}-{source_digest}.quarc"
+    source = Path(moving_stream.__file__).read_bytes()
+    digest = hashlib.sha256(source + repr(job).encode()).hexdigest()[:16]
+    path = cache / f"moving-{job.gaussians}-{digest}.quarc"
     if not path.exists():
         write_moving_stream(path, job)
     return path
@@ -47,7 +46,7 @@ def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
         [*command, "--json", "--quiet"],
         env={**os.environ, "QUARC_REF_ENGINE": engine},
         check=True,
-        capture_output=True,
+        stdout=subprocess.PIPE,  # errors are shown
     )
     result: dict[str, Any] = json.loads(process.stdout)
     return result
@@ -119,40 +118,7 @@ def plot(rows: list[dict[str, Any]], path: Path) -> None:
 
 def main() -> None:
     """Measure one stream, or streams of all sizes with `--table`, and print the rows."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--births", type=parse_count, default=150)
-    single_stream_options = [
-        parser.add_argument("--gaussians", type=parse_positive, default=244_000),
-        parser.add_argument("--anchors-per", type=parse_positive, default=4),
-        parser.add_argument("--resample", type=parse_positive, default=2),
-        parser.add_argument("--frames", type=parse_positive, default=101),
-        parser.add_argument(
-            "--updated",
-            type=float,
-            default=0.0,
-            help="share of the Gaussians that are updated in each frame",
-        ),
-        parser.add_argument("--threads", type=parse_positive, default=2),
-        parser.add_argument(
-            "--sparse",
-            action="store_true",
-            help="move as few Gaussians as in streams of real captures",
-        ),
-        parser.add_argument(
-            "--reference", action="store_true", help="decode with the reference engine"
-        ),
-    ]
-    parser.add_argument(
-        "--table", action="store_true", help="measure streams of all sizes, with 1 and 2 threads"
-    )
-    parser.add_argument("--plot", type=Path, help="with --table: write a plot to this PNG file")
-    parser.add_argument("--json", action="store_true")
-    default_cache = Path(tempfile.gettempdir()) / "quarc-ref-streams"
-    parser.add_argument("--cache", type=Path, default=default_cache)
-    options = parser.parse_args()
-    for option in single_stream_options:
-        if options.table and getattr(options, option.dest) != option.default:
-            parser.error(f"{option.option_strings[0]} cannot be combined with --table")
+    options = _parse_arguments()
     if options.table:
         rows = measure_all(options.cache, options.births)
         if options.plot:
@@ -167,6 +133,39 @@ def main() -> None:
         print(json.dumps(rows if options.table else rows[0], indent=2))
     else:
         print(format_table(rows))
+
+
+def _parse_arguments() -> argparse.Namespace:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    add, default_cache = parser.add_argument, Path(tempfile.gettempdir()) / "quarc-ref-streams"
+    add("--births", type=parse_count, default=150, help="number of births in each frame")
+    single_stream_options = [
+        add("--gaussians", type=parse_positive, default=244_000),
+        add("--anchors-per", type=parse_positive, default=4, help="Gaussians per anchor"),
+        add("--resample", type=parse_positive, default=2, help="resampling interval in frames"),
+        add("--frames", type=parse_positive, default=101),
+        add("--updated", type=float, default=0.0, help="share of the Gaussians that are updated "
+            "in each frame"),
+        add("--threads", type=parse_positive, default=2),
+        add("--sparse", action="store_true", help="move as few Gaussians as in streams of real "
+            "captures"),
+        add("--reference", action="store_true", help="decode with the reference engine"),
+    ]  # fmt: skip
+    add("--table", action="store_true", help="measure streams of all sizes, with 1 and 2 threads")
+    add("--plot", type=Path, help="with --table: write a plot to this PNG file")
+    add("--json", action="store_true")
+    add("--cache", type=Path, default=default_cache, help="folder for generated streams")
+    options = parser.parse_args()
+    for option in single_stream_options:
+        if options.table and getattr(options, option.dest) != option.default:
+            parser.error(f"{option.option_strings[0]} cannot be combined with --table")
+    if options.plot and not options.table:
+        parser.error("--plot requires --table")
+    if options.frames < 2 or not 0 <= options.updated <= 1:
+        parser.error("--frames must be at least 2, and --updated a number from 0 to 1")
+    if options.births > options.gaussians:
+        parser.error("--births must be at most --gaussians")
+    return options
 
 
 if __name__ == "__main__":

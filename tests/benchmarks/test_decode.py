@@ -1,3 +1,6 @@
+import sys
+from dataclasses import replace
+
 import pytest
 
 import decode
@@ -84,6 +87,32 @@ def test_a_stream_is_made_once(tmp_path):
     modified_ns = path.stat().st_mtime_ns
 
     assert decode.make_stream(job, tmp_path).stat().st_mtime_ns == modified_ns
+
+
+@pytest.mark.parametrize("change", [{"updated_share": 0.0004}, {"births": 2}, {"sparse": True}])
+def test_streams_of_different_jobs_have_different_files(tmp_path, change):
+    job = Job(50, births=1, frames=2)
+
+    assert decode.make_stream(job, tmp_path) != decode.make_stream(replace(job, **change), tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ("--frames 1", "--frames must be at least 2"),
+        ("--updated 2", "--updated a number from 0 to 1"),
+        ("--gaussians 100", "--births must be at most"),
+        ("--plot x.png", "--plot requires --table"),
+        ("--table --threads 1", "--threads cannot be combined with --table"),
+    ],
+)
+def test_impossible_options_are_rejected(monkeypatch, capsys, options, message):
+    monkeypatch.setattr(sys, "argv", ["decode.py", *options.split()])
+    monkeypatch.setattr(decode, "make_stream", None)  # is not called
+
+    with pytest.raises(SystemExit):
+        decode.main()
+    assert message in capsys.readouterr().err
 
 
 def test_the_table_has_a_row_for_each_measurement(stream):
