@@ -19,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from atomic_files import write_atomically
 from quarc_ref.decoder.engine import FAST, REFERENCE
 from quarc_ref.decoder.engines import use_engine
 from quarc_ref.encoder.closed_loop import ClosedLoop
@@ -27,10 +28,17 @@ from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 from quarc_ref.streams import decode
+from rate.tables import format_table
 
 _FRAME_COUNT = 4
 _EXTENT = 1 << 20
 _LEVELS = (10, 20, 30)
+_HEADER = (
+    "conformance level x 10 and contents",
+    "bytes",
+    "slowest frame in s",
+    "peak memory in MiB",
+)
 _MAX_STREAM_BYTES = 1 << 20
 _WARM_UP_STREAM = (
     Path(__file__).parents[1] / "tests" / "hostile" / "seeds" / "streams" / "full.quarc"
@@ -115,31 +123,37 @@ def main() -> None:
     """Build all streams, and measure those of at most 1 MiB."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--engine", choices=(FAST, REFERENCE), default=FAST)
-    parser.add_argument("--out", type=Path, default=Path("out/bombs"), metavar="DIR")
+    parser.add_argument(
+        "--out",
+        type=Path,
+        default=Path("out/bombs"),
+        metavar="DIR",
+        help="folder for streams; a run measures the streams that are already there",
+    )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--measure", type=Path, metavar="FILE", help="measure only this stream")
     arguments = parser.parse_args()
     if arguments.measure:
         print(json.dumps(measure(arguments.measure, arguments.engine)))
         return
-    arguments.out.mkdir(parents=True, exist_ok=True)
     rows = list(_measure_streams(arguments.out, arguments.engine))
     if arguments.json:
         print(json.dumps(rows, indent=2))
     else:
-        for row in rows:
-            print("| " + " | ".join(map(str, row.values())) + " |")
+        print(
+            format_table(_HEADER, [[str(value) for value in row.values()] for row in rows]), end=""
+        )
 
 
 def _measure_streams(folder: Path, engine: str) -> Iterator[dict[str, object]]:
     for level, arrangement, has_births in product(_LEVELS, _ARRANGEMENTS, (False, True)):
         path = folder / f"{level} {arrangement}{' with births' * has_births}.quarc"
         if not path.exists():
-            path.write_bytes(build_stream(level, arrangement, has_births=has_births))
+            write_atomically(path, build_stream(level, arrangement, has_births=has_births))
         size = path.stat().st_size
         if size <= _MAX_STREAM_BYTES:
             command = [sys.executable, __file__, "--engine", engine, "--measure", str(path)]
-            process = subprocess.run(command, capture_output=True, check=True)
+            process = subprocess.run(command, stdout=subprocess.PIPE, check=True)
             yield {"stream": path.stem, "bytes": size, **json.loads(process.stdout)}
 
 

@@ -40,3 +40,14 @@ def test_a_stream_is_measured_in_its_own_process():
 
     assert measurement.keys() == {"slowest_frame_s", "peak_rss_mib"}
     assert 10 < measurement["peak_rss_mib"] < 2000
+
+
+def test_the_table_has_a_header(monkeypatch, capsys):
+    row = {"stream": "10 on a sphere", "bytes": 9, "slowest_frame_s": 0.1, "peak_rss_mib": 50}
+    monkeypatch.setattr(hostile_bombs, "_measure_streams", lambda *_: [row])
+    monkeypatch.setattr(sys, "argv", ["hostile_bombs.py"])
+
+    hostile_bombs.main()
+
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[1:] == ["| --- | --- | --- | --- |", "| 10 on a sphere | 9 | 0.1 | 50 |"]
