@@ -15,6 +15,7 @@ import time
 from pathlib import Path
 from typing import Any
 
+from expected_errors import report_errors
 from options import parse_positive
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
@@ -102,4 +103,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with report_errors():
+        main()

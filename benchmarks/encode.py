@@ -14,6 +14,7 @@ import platform
 from pathlib import Path
 from typing import Any
 
+from expected_errors import report_errors
 from options import add_set_option, parse_count, parse_positive
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.datasets.open_capture import open_capture
@@ -84,4 +85,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    with report_errors():
+        main()

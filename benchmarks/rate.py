@@ -7,7 +7,9 @@ are not yet in DIR are encoded and saved there, so the same command resumes an i
 Tables (Markdown, CSV) and plots are also written to DIR.
 """
 
+from expected_errors import report_errors
 from rate.command import main
 
 if __name__ == "__main__":
-    main()
+    with report_errors():
+        main()

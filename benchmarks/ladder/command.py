@@ -9,15 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from atomic_files import write_atomically
+from expected_errors import EXPECTED_ERRORS
 from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from ladder.tables import format_rows
 from options import add_set_option, parse_count, parse_positive
 from paper.unquantized import open_training_context
 from quarc_ref.cli.encoder_options import make_config
-from quarc_ref.cli.errors import UsageError
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.datasets.errors import CaptureError, TooFewFramesError
+from quarc_ref.datasets.errors import TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import use_engine
@@ -28,7 +28,6 @@ from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, list_settings
 from quarc_ref.encoder.training.threads import fixed_threads
 from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
-from quarc_ref.format.errors import QuarcError
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.streams.decode_stream import decode_states
 from studies import ProgressLines, write_status
@@ -63,7 +62,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
         with fixed_threads():
             start = _open_start_frame(arguments, config)
             print(_compute_table(start, tasks, config, arguments.out), end="")
-    except (UsageError, MismatchError, CaptureError, QuarcError, OSError) as error:
+    except EXPECTED_ERRORS as error:
         write_status(f"ladder.py: {error}")
         return 2
     except KeyboardInterrupt:

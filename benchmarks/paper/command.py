@@ -152,7 +152,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
     """Run the command.
 
     Returns:
-        0 on success, 2 for invalid options, 3 if some trials failed.
+        0 on success, 2 for invalid options, 3 if some trials failed, 130 after Ctrl-C.
     """
     arguments = _parse_arguments(command_line)
     try:
@@ -171,7 +171,12 @@ def main(command_line: Sequence[str] | None = None) -> int:
         except JobsError as error:
             write_status(str(error))
             exit_code = 3
-        study.write_results()
+        except KeyboardInterrupt:
+            write_status("interrupted: run the same command again to compute the missing trials")
+            exit_code = 130
+            break
+        finally:
+            study.write_results()
     _print_results(studies, arguments)
     return exit_code
 

@@ -213,6 +213,23 @@ def test_several_captures_give_one_table_of_scenes_and_their_mean(
     assert sorted(set(completed_names)) == ["full", "gate", "gate-open"]
 
 
+def test_ctrl_c_stops_all_captures_without_a_traceback(folder, tmp_path, monkeypatch, capsys):
+    other_folder = tmp_path / "other"
+    shutil.copytree(folder, other_folder)
+    started = []
+
+    def run_until_ctrl_c(study, _pool):
+        started.append(study.capture)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command, "run_study", run_until_ctrl_c)
+    options = ["--out", str(tmp_path / "out"), *TINY_OPTIONS, "--only", "full"]
+
+    assert command.main([str(folder), str(other_folder), *options]) == 130
+    assert len(started) == 1
+    assert "interrupted: run the same command again" in capsys.readouterr().err
+
+
 def test_captures_of_the_same_name_are_rejected(folder, tmp_path, completed_names, capsys):
     assert (
         command.main([str(folder), str(folder), "--out", str(tmp_path / "out"), *TINY_OPTIONS]) == 2
