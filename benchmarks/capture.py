@@ -21,6 +21,7 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.presets import PRESETS, choose_preset
 from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.inspection.stream_summary import KINDS
 
 
 class StageClock:
@@ -68,14 +69,14 @@ def print_markdown(rows: list[dict[str, Any]]) -> None:
     print(
         "| capture | preset | frames | Gaussians | PSNR in dB: first / mean / worst frame | SSIM | "
         "KB per later frame | canonical frame in KB | size relative to the paper's estimate: "
-        "canonical, motion, births | seconds for frame 0 | seconds per later frame |"
+        f"{', '.join(KINDS)} | seconds for frame 0 | seconds per later frame |"
     )
     print("|---|---|---|---|---|---|---|---|---|---|---|")
     for row in rows:
         coded_bytes, estimate_bytes = row["bytes"], row["estimate_bytes"]
         ratios = ", ".join(
             f"{coded_bytes[kind] / estimate_bytes[kind]:.2f}" if estimate_bytes[kind] else "none"
-            for kind in ("canonical", "motion", "births")
+            for kind in KINDS
         )
         print(
             f"| {row['capture']} | {row['preset']} | {row['frames']} | {row['gaussians']:,} | "
