@@ -11,6 +11,10 @@ from gpu.rows import Row, RowLog, format_table, write_tables
 from gpu.run_steps import StepEnvironment, allot_time, make_file_name, run_step
 from gpu.wheels import fetch_wheels, install_missing, locate_packages
 
+_DESCRIPTION = (
+    "Run all tests and measurements that need a CUDA GPU; or, with --fetch, download the packages "
+    "that the GPU machine may lack."
+)
 _DEFAULT_MINUTES = 9.5
 _EXIT_INTERRUPTED = 130
 
@@ -21,16 +25,14 @@ def main(arguments: list[str] | None = None) -> int:
     Returns:
         0 if all checks passed, 1 if a check failed, 130 after an interruption.
     """
-    parser = argparse.ArgumentParser(
-        description=__import__("gpu").__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
-    )
+    parser = argparse.ArgumentParser(description=_DESCRIPTION)
     parser.add_argument("--out", type=Path, metavar="DIR", help="folder for gpu.md and gpu.json")
     parser.add_argument("--dry-run", action="store_true", help="run on the CPU with tiny sizes")
     parser.add_argument(
         "--minutes",
         type=float,
         default=_DEFAULT_MINUTES,
-        help="time limit for all steps together, in minutes",
+        help="time limit for all steps together, in minutes; default: %(default)s",
     )
     parser.add_argument(
         "--wheels",
@@ -41,7 +43,12 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument(
         "--fetch", type=Path, metavar="DIR", help="download wheels into this folder and exit"
     )
-    parser.add_argument("--python", default=".".join(map(str, sys.version_info[:2])))
+    parser.add_argument(
+        "--python",
+        default=".".join(map(str, sys.version_info[:2])),
+        metavar="VERSION",
+        help="with --fetch: Python version of the GPU machine; default: %(default)s",
+    )
     parser.add_argument("--step", choices=[step.name for step in STEPS], help=argparse.SUPPRESS)
     options = parser.parse_args(arguments)
     if options.fetch:
