@@ -44,8 +44,11 @@ class TorchRasterizer:
             depths = safe_points[:, 2].to(torch.float32)
             order = torch.argsort(depths, stable=True)
             order = order[is_drawn[order]]
-            radii = torch.where(is_drawn, _compute_radii(covariances), 0)
-        image, alpha = _composite(projected_splats, order, camera, background)
+            low, high = _find_bounds(means2d, covariances, gaussians.opacities)
+            size = means2d.new_tensor([camera.width, camera.height])
+            is_visible = is_drawn & ((high >= 0) & (low <= size)).all(dim=1)
+            radii = torch.where(is_visible, _compute_radii(covariances), 0)
+        image, alpha = _composite(projected_splats, (low, high), order, camera, background)
         return Rendering(image, alpha, means2d, radii)
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
@@ -111,16 +114,21 @@ def _compute_radii(covariances: Tensor) -> Tensor:
     return 3 * torch.sqrt(mean_variance + torch.sqrt(discriminant))
 
 
+def _find_bounds(means2d: Tensor, covariances: Tensor, opacities: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the corners `[N, 2]` of the boxes outside of which alpha is below 1/255."""
+    doubled_exponents = 2 * torch.log(opacities.clamp(min=_MIN_ALPHA) / _MIN_ALPHA)
+    extent = torch.sqrt(doubled_exponents[:, None] * torch.diagonal(covariances, dim1=1, dim2=2))
+    return means2d - extent, means2d + extent
+
+
 def _composite(
-    projected_splats: tuple[Tensor, ...], order: Tensor, camera: Camera, background: Tensor
+    projected_splats: tuple[Tensor, ...],
+    bounds: tuple[Tensor, Tensor],
+    order: Tensor,
+    camera: Camera,
+    background: Tensor,
 ) -> tuple[Tensor, Tensor]:
-    means2d, covariances, opacities, _ = projected_splats
-    with torch.no_grad():
-        doubled_exponents = 2 * torch.log(opacities.clamp(min=_MIN_ALPHA) / _MIN_ALPHA)
-        extent = torch.sqrt(
-            doubled_exponents[:, None] * torch.diagonal(covariances, dim1=1, dim2=2)
-        )
-        low, high = means2d - extent, means2d + extent
+    low, high = bounds
     strips = []
     for top in range(0, camera.height, _TILE):
         bottom = min(top + _TILE, camera.height)
