@@ -1,5 +1,10 @@
+import re
+from pathlib import Path
+
 from tests.cli.commands import run, run_json
 from tests.small_streams import make_stream
+
+_SEEDS = Path(__file__).parents[1] / "hostile" / "seeds"
 
 
 def test_a_stream_is_measured_by_bench(tmp_path):
@@ -30,6 +35,12 @@ def test_a_stream_of_one_frame_has_no_speed(tmp_path):
 
     assert "unknown, because the first frame is not counted" in output
     assert "processor" not in output
+
+
+def test_a_single_gaussian_is_in_the_singular():
+    output = run("bench", _SEEDS / "streams" / "snapshot.quarc").stdout
+
+    assert re.search("the last with 1 Gaussian *\n", output)
 
 
 def test_a_bad_stream_is_rejected(tmp_path):

@@ -49,7 +49,7 @@ def _describe_speed(speed: "Speed") -> dict[str, str]:
     warm_text = "" if warm_seconds is None else f", {warm_seconds:.2f} s with all code loaded"
     memory = "unknown" if speed.peak_rss_mib is None else f"{speed.peak_rss_mib:.0f} MiB"
     rows = {
-        "frames": f"{speed.frames:,}, the last with {speed.gaussians:,} Gaussians",
+        "frames": f"{speed.frames:,}, the last with {format_count(speed.gaussians, 'Gaussian')}",
         "first frame": f"{speed.first_frame_s:.2f} s after opening{warm_text}",
         "peak memory": memory,
     }
