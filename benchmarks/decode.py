@@ -22,6 +22,7 @@ from typing import Any
 import moving_stream
 from moving_stream import Job, write_moving_stream
 from options import parse_count, parse_positive
+from quarc_ref.decoder.engines import find_fast_engine
 
 GAUSSIAN_COUNTS = (20_000, 100_000, 244_000, 1_000_000)
 _FRAMES_BY_SIZE = {1_000_000: 21}
@@ -165,6 +166,8 @@ def _parse_arguments() -> argparse.Namespace:
         parser.error("--frames must be at least 2, and --updated a number from 0 to 1")
     if options.births > options.gaussians:
         parser.error("--births must be at most --gaussians")
+    if not options.reference and find_fast_engine() is None:
+        parser.error("the fast engine is not installed: see core/README.md, or use --reference")
     return options
 
 

@@ -21,7 +21,7 @@ import numpy as np
 
 from atomic_files import write_atomically
 from quarc_ref.decoder.engine import FAST, REFERENCE
-from quarc_ref.decoder.engines import use_engine
+from quarc_ref.decoder.engines import find_fast_engine, use_engine
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import LEVELS
@@ -133,6 +133,8 @@ def main() -> None:
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.add_argument("--measure", type=Path, metavar="FILE", help="measure only this stream")
     arguments = parser.parse_args()
+    if arguments.engine == FAST and find_fast_engine() is None:
+        parser.error("the fast engine is not installed: see core/README.md, or use --engine")
     if arguments.measure:
         print(json.dumps(measure(arguments.measure, arguments.engine)))
         return

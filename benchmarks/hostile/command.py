@@ -19,6 +19,7 @@ from hostile.blocks import BLOCK_SIZE, Series, Tally, append_block, judge_block,
 from hostile.mutations import Mutator
 from hostile.structured.maker import StructuredMaker
 from options import parse_count, parse_positive
+from quarc_ref.decoder.engines import find_fast_engine
 
 _SEEDS = Path(__file__).parents[2] / "tests" / "hostile" / "seeds" / "streams"
 _DESCRIPTION = (
@@ -34,6 +35,8 @@ def main() -> int:
     arguments = _parse_arguments()
     if not _read_seeds(arguments.seeds):
         sys.exit(f"{arguments.seeds} contains no streams (*.quarc) to mutate")
+    if find_fast_engine() is None:  # even a run in all modes compares the engines
+        sys.exit("hostile.py needs the fast engine, which is not installed: see core/README.md")
     if arguments.only is not None:
         return _judge_one(arguments)
     folder: Path = arguments.out / _name_series(arguments)

@@ -45,7 +45,7 @@ def test_a_stream_is_measured_in_its_own_process():
 def test_the_table_has_a_header(monkeypatch, capsys):
     row = {"stream": "10 on a sphere", "bytes": 9, "slowest_frame_s": 0.1, "peak_rss_mib": 50}
     monkeypatch.setattr(hostile_bombs, "_measure_streams", lambda *_: [row])
-    monkeypatch.setattr(sys, "argv", ["hostile_bombs.py"])
+    monkeypatch.setattr(sys, "argv", ["hostile_bombs.py", "--engine", "reference"])
 
     hostile_bombs.main()
 
