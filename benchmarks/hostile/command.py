@@ -35,7 +35,7 @@ def main() -> int:
     arguments = _parse_arguments()
     if not _read_seeds(arguments.seeds):
         sys.exit(f"{arguments.seeds} contains no streams (*.quarc) to mutate")
-    if find_fast_engine() is None:  # even a run in all modes compares the engines
+    if find_fast_engine() is None:  # one of the modes uses both engines
         sys.exit("hostile.py needs the fast engine, which is not installed: see core/README.md")
     if arguments.only is not None:
         return _judge_one(arguments)

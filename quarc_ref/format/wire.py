@@ -71,7 +71,7 @@ def parse_stream_header(payload: bytes) -> StreamHeader:
         FieldError: A field is out of range, or missing.
         TrailingDataError: Bytes follow the last field.
     """
-    # [12-1] [5.3-1] The other fields of another version are unknown, even if they exist.
+    # [12-1] [5.3-1] Another major version may have other fields after these two.
     if len(payload) > 1 and payload[0] != constants.VERSION_MAJOR:
         message = (
             f"version {payload[0]}.{payload[1]}; this decoder reads {constants.VERSION_MAJOR}.x"
