@@ -3,7 +3,7 @@
 import numpy as np
 
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.scenes.rotations import Float64
+from quarc_ref.encoder.rotations import Float64
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, LATTICE_OFFSET

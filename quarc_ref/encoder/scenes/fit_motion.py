@@ -14,7 +14,7 @@ import numpy as np
 
 from quarc_ref.decoder.anchors import Anchors
 from quarc_ref.decoder.engine import FrameState
-from quarc_ref.encoder.scenes.rotations import Float64, rotations_between
+from quarc_ref.encoder.rotations import Float64, rotations_between
 from quarc_ref.encoder.scenes.slack import Slack
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int32, Int64

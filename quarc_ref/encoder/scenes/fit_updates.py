@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from quarc_ref.decoder.engine import FrameState
+from quarc_ref.encoder.rotations import Float64, angles_between, rotations_between
 from quarc_ref.encoder.scenes.bounds import Bounds
-from quarc_ref.encoder.scenes.rotations import Float64, angles_between, rotations_between
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Bits, Int64
 from quarc_ref.format.constants import (

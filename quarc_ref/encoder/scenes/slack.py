@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.encoder.rotations import Float64
 from quarc_ref.encoder.scenes.bounds import Bounds
-from quarc_ref.encoder.scenes.rotations import Float64
 from quarc_ref.format.arrays import Int64
 
 _MIN_ELONGATION = 1e-3

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.encoder.requantize import code_rotations
+from quarc_ref.encoder.rotations import angles_between, normalize
 from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.grids import (
     find_common_divisor,
@@ -23,7 +24,6 @@ from quarc_ref.encoder.scenes.grids import (
     greatest_common_divisor,
 )
 from quarc_ref.encoder.scenes.matching import Match
-from quarc_ref.encoder.scenes.rotations import angles_between, normalize
 from quarc_ref.format.constants import (
     LATTICE_EXPONENT_LIMIT,
     POSITION_LIMIT,

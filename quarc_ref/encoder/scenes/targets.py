@@ -6,8 +6,8 @@ import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.encoder.requantize import code_rotations
+from quarc_ref.encoder.rotations import Float64, normalize
 from quarc_ref.encoder.scenes.bounds import Bounds
-from quarc_ref.encoder.scenes.rotations import Float64, normalize
 from quarc_ref.encoder.scenes.slack import Slack, measure_slack
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, ROTATION_ONE

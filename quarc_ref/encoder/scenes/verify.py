@@ -5,8 +5,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.encoder.rotations import angles_between
 from quarc_ref.encoder.scenes.bounds import Bounds
-from quarc_ref.encoder.scenes.rotations import angles_between
 from quarc_ref.encoder.scenes.targets import Target
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import ROTATION_ONE

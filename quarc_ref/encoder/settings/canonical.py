@@ -141,6 +141,13 @@ class CanonicalSettings(Validated):
         "The rate includes all codes except position and opacity. 0: the loss has no rate term "
         "(paper).",
     )
+    quantize_rd_lambda: NonNegativeFloat = described(
+        0.0,
+        "Rate-distortion weight of the codes of rotations and SH DC. Halfway through fine-tuning, "
+        "other codes than the nearest are chosen if they save bits; a bit is worth a squared "
+        "change of the pictures of this multiple of the median squared error around a Gaussian. "
+        "0: no such choice (paper).",
+    )
     lr_end_factor: UnitInterval = described(
         1.0,
         "Learning rates at the end of fine-tuning, relative to those at its start (cosine decay); "

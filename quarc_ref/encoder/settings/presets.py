@@ -79,6 +79,7 @@ _MAIN = EncoderConfig(
         quantize_from=0.9,
         prune_rd_lambda=1.5,
         code_rd_lambda=0.0025,
+        quantize_rd_lambda=0.006,
         lr_end_factor=0.05,
     ),
     motion=MotionSettings(

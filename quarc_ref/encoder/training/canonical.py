@@ -10,7 +10,8 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
   adds others where the error is greater, and at its end, so that each one is worth its bytes.
 - The first iterations may use pictures of half the width and height.
 - The last iterations are fine-tuning: all attributes pass through the quantizer, so that
-  training optimizes the values that are written.
+  training optimizes the values that are written. Halfway, codes are chosen that save bits at
+  little distortion (`rdoq`).
 """
 
 import math
@@ -32,6 +33,7 @@ from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample_offsets
 from quarc_ref.encoder.training.pruning import prune_by_contribution
+from quarc_ref.encoder.training.rdoq import choose_codes
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
 from quarc_ref.format.errors import EncodeError
@@ -128,6 +130,8 @@ class _Training:
         if pruning:
             prune_by_contribution(trainer, context, pruning, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
+        if objective.should_choose_codes(step):
+            choose_codes(trainer, context, objective, self._generator)
         trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
         uses_half_resolution = step < settings.half_resolution_until_iter
         self._train_view(self._half_context if uses_half_resolution else context)

@@ -47,6 +47,16 @@ class CanonicalObjective:
         """Index of the first iteration of fine-tuning, which trains quantized attributes."""
         return math.ceil(self.settings.quantize_from * self.settings.iterations)
 
+    @property
+    def code_price(self) -> float:
+        """Value of a bit when codes are chosen (`rdoq`), as a multiple of the median error."""
+        return self.settings.quantize_rd_lambda * self.rd_lambda
+
+    def should_choose_codes(self, step: int) -> bool:
+        """Return whether codes are chosen at the start of an iteration: halfway in fine-tuning."""
+        halfway = (self.fine_tuning_start + self.settings.iterations) // 2
+        return bool(self.code_price) and self.fine_tuning_start < step == halfway
+
     def should_densify(self, step: int) -> bool:
         """Return whether an iteration ends with densification."""
         settings = self.settings

@@ -26,7 +26,7 @@ from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.rendering.rasterizer import Gaussians
 
 _PROBE_COUNT = 2
-_CHANNEL_COUNT = 3
+CHANNEL_COUNT = 3
 
 
 def prune_by_contribution(
@@ -83,16 +83,30 @@ def measure_contributions(
         image = context.apply_mask(rendering.image, view, 0)
         view_counts += rendering.radii > 0
         for _ in range(_PROBE_COUNT):
-            signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
-            signed_sum = (image * signs.to(image)).sum()
-            (derivative,) = torch.autograd.grad(signed_sum, opacity_factors, retain_graph=True)
-            contributions += derivative.square() / (_PROBE_COUNT * _CHANNEL_COUNT)
-        squared_error = (image.detach() - context.truth(view, 0)).square().mean(dim=2)
+            (derivative,) = torch.autograd.grad(
+                sum_with_signs(image, generator), opacity_factors, retain_graph=True
+            )
+            contributions += derivative.square() / (_PROBE_COUNT * CHANNEL_COUNT)
         (weighted_error,) = torch.autograd.grad(
-            (image.mean(dim=2) * squared_error).sum(), color_offsets
+            sum_weighted_by_error(image, context.truth(view, 0)), color_offsets
         )
         errors += weighted_error
     return contributions / view_counts.clamp(min=1), errors / view_counts.clamp(min=1)
+
+
+def sum_with_signs(image: Tensor, generator: torch.Generator) -> Tensor:
+    """Return the sum of the values of a picture with random signs."""
+    signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
+    return (image * signs.to(image)).sum()
+
+
+def sum_weighted_by_error(image: Tensor, truth: Tensor) -> Tensor:
+    """Return the sum of the pixels of a picture `[H, W, 3]`, weighted by their squared errors.
+
+    Its derivative with respect to the brightness of a Gaussian is the error around the Gaussian.
+    """
+    squared_error = (image.detach() - truth).square().mean(dim=2)
+    return (image.mean(dim=2) * squared_error).sum()
 
 
 def _scale_opacities(gaussians: Gaussians, factors: Tensor) -> Gaussians:

@@ -7,7 +7,9 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields
 
+import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import Splats
@@ -192,6 +194,29 @@ class Trainer:
             new_leaves.append(leaf)
         self._leaves = new_leaves
 
+    def replace_codes(self, attributes: Attributes, axes: Tensor) -> None:
+        """Replace rotations, log-scales and SH DC, after a choice of their codes.
+
+        The Adam state of other attributes is kept, and so are the second moments of these three,
+        because learning rates would be too high without them.
+
+        Args:
+            attributes: New attributes of the same Gaussians.
+            axes: `[N, 3]` former index of each axis.
+        """
+        for name in ("rotations", "log_scales", "sh_dc"):
+            leaf = self._leaves[_FIELD_NAMES.index(name)]
+            leaf.detach().copy_(getattr(attributes, name))
+            state = self._adam.state.get(leaf)
+            if state is None:
+                continue
+            state["exp_avg"].zero_()
+            squares = state["exp_avg_sq"]
+            if name == "log_scales":
+                squares.copy_(squares.gather(1, axes))
+            elif name == "rotations":  # turned, so that the components are mixed
+                squares.copy_(squares.mean(dim=1, keepdim=True).expand_as(squares))
+
 
 def take_adam_step(
     adam: torch.optim.Adam, leaves: Iterable[Tensor], gradients: Iterable[Tensor | None]
@@ -209,6 +234,17 @@ def take_adam_step(
 def to_sh_dc(colors: Tensor) -> Tensor:
     """Convert colors from 0 to 1 to SH DC coefficients (SPEC 10.2)."""
     return (colors - 0.5) / SH_C0
+
+
+def to_columns(rows: Tensor) -> NDArray[np.float64]:
+    """Return the rows of a tensor `[N, ...]` as the columns `[k, N]` of an array."""
+    columns: NDArray[np.float64] = rows.detach().flatten(1).T.double().cpu().numpy()
+    return columns
+
+
+def to_rows(columns: NDArray[np.float64], like: Tensor) -> Tensor:
+    """Return columns `[k, N]` as a tensor of the same shape, type and device as another one."""
+    return torch.from_numpy(columns.T.copy()).reshape(like.shape).to(like)
 
 
 def cosine_decay(step: int, iterations: int, end_factor: float) -> float:

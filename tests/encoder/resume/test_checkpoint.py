@@ -22,6 +22,7 @@ _CONFIG = replace(
         exposure_from_iter=5,
         prune_rd_lambda=0.1,
         code_rd_lambda=1e-4,
+        quantize_rd_lambda=0.01,
         opacity_reg=0.01,
         lr_end_factor=0.05,
     ),
@@ -63,7 +64,7 @@ def _interrupt(path, step):
         encode_file(make_capture(), path, _options(step))
 
 
-@pytest.mark.parametrize("step", [1, 15, 25, 48, 60])
+@pytest.mark.parametrize("step", [1, 15, 25, 48, 54, 60])
 def test_an_interrupted_training_gives_the_same_bytes(step, tmp_path, uninterrupted):
     path = tmp_path / "toy.quarc"
     _interrupt(path, step)

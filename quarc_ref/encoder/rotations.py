@@ -22,11 +22,17 @@ def normalize(rotations: Float64) -> Float64:
     return unit_quaternions
 
 
-def rotations_between(first: Float64, second: Float64) -> Float64:
-    """Return the unit quaternions q with w >= 0 for which `first` times q equals `second`."""
-    aw, ax, ay, az = first[0], -first[1], -first[2], -first[3]
+def conjugate(rotations: Float64) -> Float64:
+    """Return the conjugates of quaternions `[4, n]`, which are the inverses of unit quaternions."""
+    conjugates: Float64 = rotations * np.array([1.0, -1.0, -1.0, -1.0])[:, None]
+    return conjugates
+
+
+def multiply(first: Float64, second: Float64) -> Float64:
+    """Return the Hamilton products of quaternions `[4, n]`; either may be a single column."""
+    aw, ax, ay, az = first
     bw, bx, by, bz = second
-    rotation = np.stack(
+    return np.stack(
         [
             aw * bw - ax * bx - ay * by - az * bz,
             aw * bx + ax * bw + ay * bz - az * by,
@@ -34,6 +40,11 @@ def rotations_between(first: Float64, second: Float64) -> Float64:
             aw * bz + ax * by - ay * bx + az * bw,
         ]
     )
+
+
+def rotations_between(first: Float64, second: Float64) -> Float64:
+    """Return the unit quaternions q with w >= 0 for which `first` times q equals `second`."""
+    rotation = multiply(conjugate(first), second)
     shortest: Float64 = np.where(rotation[0] < 0, -rotation, rotation)
     return shortest
 
