@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.frames import BirthSettings, MotionSettings, UpdateSettings
 from quarc_ref.encoder.settings.ranges import (
+    FrameKilobytes,
     NonNegativeFloat,
     PositiveFloat,
     Quality,
@@ -90,7 +91,7 @@ class EncoderConfig(Validated):
         "Factor by which all rate-distortion weights are multiplied (--lambda); larger values "
         "mean fewer bytes and lower quality.",
     )
-    target_kb_per_frame: NonNegativeFloat = described(
+    target_kb_per_frame: FrameKilobytes = described(
         0.0,
         "Target for the mean size of the frames that are not keyframes, in units of 1024 bytes; "
         "0: no target.",

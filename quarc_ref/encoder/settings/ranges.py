@@ -38,6 +38,7 @@ PositiveFloat = Annotated[float, Bounds(sys.float_info.min, _FLOAT_LIMIT)]
 Logit = Annotated[float, Bounds(-20, 20)]
 UnitInterval = Annotated[float, Bounds(0, 1)]
 Quality = Annotated[float, Bounds(0, 100)]
+FrameKilobytes = Annotated[float, Bounds(0, 1 << 20)]  # up to a GiB
 
 
 @dataclass(frozen=True, slots=True)
