@@ -1,7 +1,7 @@
 """Defines the entries of a comparison; an entry renders frames for cameras."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -68,7 +68,7 @@ class Entry(ABC):
 
         Args:
             frame: Ordinal of the frame; it must be greater than in all earlier calls.
-            cameras: Cameras by name.
+            cameras: Cameras by name; a stream renders for its own cameras of these names.
 
         Returns:
             The `[H, W, 3]` float32 picture of each camera, from 0 to 1, by camera name.
@@ -87,15 +87,25 @@ class SplatEntry(Entry):
         label: Method and operating point.
         info: Frames and size.
         load: Function that returns the Gaussians of a frame; it is called with ascending ordinals.
+        own_cameras: Cameras in the world coordinates of the Gaussians, which can differ from those
+            of the capture; a camera that is not listed is in the same coordinates as the Gaussians.
     """
 
-    def __init__(self, label: Label, info: EntryInfo, load: Callable[[int], Splats]) -> None:
+    def __init__(
+        self,
+        label: Label,
+        info: EntryInfo,
+        load: Callable[[int], Splats],
+        own_cameras: Iterable[Camera] = (),
+    ) -> None:
         super().__init__(label, info)
         self._load = load
+        self._own_cameras = {camera.name: camera for camera in own_cameras}
 
     def render(self, frame: int, cameras: Mapping[str, Camera]) -> dict[str, Picture]:
         """See `Entry.render`."""
         splats = self._load(frame)
         return {
-            name: np.clip(render_picture(splats, camera), 0, 1) for name, camera in cameras.items()
+            name: np.clip(render_picture(splats, self._own_cameras.get(name, camera)), 0, 1)
+            for name, camera in cameras.items()
         }

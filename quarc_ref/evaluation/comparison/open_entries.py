@@ -180,27 +180,32 @@ def _require_equal_starts(streams: Sequence[OpenStream]) -> None:
 
 
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
-    """Return the cameras that the streams share; if there are no streams, those of the capture.
+    """Return the cameras of the capture; without a capture, those of the first stream.
 
-    With a capture, only cameras on which no stream was trained are held out in the result.
+    With a capture and streams, only cameras on which no stream was trained are held out in the
+    result.
+
+    Raises:
+        EntryError: Two streams have different cameras, or there are neither streams nor a capture.
     """
-    if not streams:
-        if capture is None:
-            message = "no entry is a stream, so --capture is needed to define the cameras"
-            raise EntryError(message)
-        return list(capture.cameras)
     for other_stream in streams[1:]:
         _require_equal_cameras(streams[0], other_stream)
-    cameras = streams[0].summary.cameras
     if capture is None:
-        return list(cameras)
+        if not streams:
+            message = "no entry is a stream, so --capture is needed to define the cameras"
+            raise EntryError(message)
+        return list(streams[0].summary.cameras)
+    if not streams:
+        return list(capture.cameras)
     training_names = {
         camera.name
         for stream in streams
         for camera in stream.summary.cameras
         if not camera.held_out
     }
-    return [replace(camera, held_out=camera.name not in training_names) for camera in cameras]
+    return [
+        replace(camera, held_out=camera.name not in training_names) for camera in capture.cameras
+    ]
 
 
 def _require_equal_cameras(first_stream: OpenStream, other_stream: OpenStream) -> None:

@@ -43,7 +43,8 @@ def open_stream(
     summary = inspect_stream(data, on_progress)
     frames = tuple(frame.frame for frame in summary.frames)
     info = EntryInfo("stream", frames, summary.total_bytes)
-    return OpenStream(SplatEntry(label, info, _StreamDecoder(data).load), summary)
+    entry = SplatEntry(label, info, _StreamDecoder(data).load, summary.cameras)
+    return OpenStream(entry, summary)
 
 
 class _StreamDecoder:

@@ -1,3 +1,4 @@
+import io
 import shutil
 from dataclasses import replace
 
@@ -5,12 +6,16 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.errors import CaptureError
+from quarc_ref.encoder.scenes.edits import Edit, Similarity
+from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
+from quarc_ref.encoder.scenes.fit_edit import encode_edited
 from quarc_ref.evaluation.comparison.entries import EntryError, Label
 from quarc_ref.evaluation.comparison.open_entries import EntrySource
 from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
+from quarc_ref.streams.source import BytesSource
 from tests.evaluation.capture_streams import write_stream
 from tests.evaluation.conftest import ignore_progress
 
@@ -45,6 +50,24 @@ def test_ply_files_and_renders_have_the_quality_of_the_stream(method_outputs, co
     assert [entry.info.kind for entry in comparison.measured_entries] == [
         "stream", "PLY per frame", "renders", "renders",
     ]  # fmt: skip
+
+
+def test_every_stream_is_rendered_for_its_own_cameras(method_outputs, compare, tmp_path):
+    outputs = method_outputs.folder
+    sink, data = io.BytesIO(), (outputs / "a.quarc").read_bytes()
+    turn = Similarity.from_matrix(np.array([[0.0, 0, 1, 3], [0, 1, 0, 0], [-1, 0, 0, 0]]))
+    encode_edited(BytesSource(data), sink, Edit(similarity=turn), SceneOptions())
+    (tmp_path / "turned.quarc").write_bytes(sink.getvalue())
+    comparison = compare(
+        tmp_path / "turned.quarc", outputs / "a.quarc", outputs / "plys",
+        capture=method_outputs.capture,
+    )  # fmt: skip
+    turned, stream, plys = _list_means(comparison)
+
+    assert turned == pytest.approx(stream, abs=0.1)
+    assert plys == pytest.approx(stream, abs=1e-4)  # in the coordinates of the capture
+    (copy,) = _list_means(compare(tmp_path / "turned.quarc", outputs / "a.quarc"))
+    assert copy > 40
 
 
 def test_byte_counts_are_file_sizes(method_outputs, compare):
