@@ -172,7 +172,17 @@ def test_a_stream_of_another_capture_is_compared_only_on_request(encoded_stream,
 
     rejected_run, accepted_run = run(*line), run(*line, "--other-capture")
     assert (rejected_run.exit_code, accepted_run.exit_code) == (2, 0)
-    assert "made from another capture" in rejected_run.stderr
+    assert f"{encoded_stream.file}: the stream was made from another" in rejected_run.stderr
+    assert "use --other-capture" in rejected_run.stderr
+
+
+def test_a_damaged_stream_is_named(encoded_stream, tmp_path):
+    damaged_file = tmp_path / "damaged.quarc"
+    damaged_file.write_bytes(encoded_stream.file.read_bytes()[:-1])
+    result = run("compare", encoded_stream.file, damaged_file)
+
+    assert result.exit_code == 1
+    assert f": {damaged_file}: the stream ends inside a chunk" in result.stderr
 
 
 @pytest.mark.parametrize(

@@ -114,7 +114,7 @@ def compare(
         from quarc_ref.evaluation.comparison.measure import measure_entries
         from quarc_ref.evaluation.comparison.open_entries import ComparisonOptions, open_entries
         from quarc_ref.evaluation.comparison.summary import summarize
-        from quarc_ref.evaluation.same_capture import MismatchError
+        from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
         restore_sigterm_handler()
         entry_sources = parse_entries(entries, sizes or [])
@@ -130,6 +130,9 @@ def compare(
                 comparison = measure_entries(
                     opened_entries, frame_range, lpips_metric, progress.advance
                 )
+            except OtherCaptureError as error:
+                message = f"{error}: use --other-capture to measure the stream anyway"
+                raise UsageError(message) from error
             except MismatchError as error:
                 raise UsageError(str(error)) from error
             summary = summarize(comparison)

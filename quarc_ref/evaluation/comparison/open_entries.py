@@ -1,6 +1,7 @@
 """Opens the entries named on the command line, streams first, because they define the cameras."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -11,8 +12,14 @@ from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Label
 from quarc_ref.evaluation.comparison.gaussian_files import open_fourdgs, open_plys
 from quarc_ref.evaluation.comparison.renders import RENDERS, open_renders
 from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
-from quarc_ref.evaluation.same_capture import open_same_capture, read_start_frame
+from quarc_ref.evaluation.same_capture import (
+    MismatchError,
+    open_same_capture,
+    read_start_frame,
+)
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import BitstreamError
+from quarc_ref.inspection.stream_summary import StreamSummary
 
 _FOURDGS_SUFFIX, _PLY_SUFFIX = ".4dgs", ".ply"
 
@@ -92,13 +99,15 @@ def open_entries(
         ImportError: `fourdgs` is not installed but needed for a `.4dgs` file.
         OSError: A file or folder cannot be read.
     """
-    streams = {
-        index: open_stream(source.path, source.label, on_progress)
-        for index, source in enumerate(sources)
-        if _is_stream(source.path)
-    }
+    streams: dict[int, OpenStream] = {}
+    for index, source in enumerate(sources):
+        if _is_stream(source.path):
+            with _name_path_in_errors(source.path):
+                streams[index] = open_stream(source.path, source.label, on_progress)
     _require_equal_starts(list(streams.values()))
-    capture = _open_capture(list(streams.values()), options)
+    capture = _open_capture(
+        [(sources[index].path, stream.summary) for index, stream in streams.items()], options
+    )
     available_cameras = _list_cameras(list(streams.values()), capture)
     needs_held_out = capture is not None and bool(streams)
     cameras = _choose_cameras(available_cameras, options.cameras, needs_held_out=needs_held_out)
@@ -111,6 +120,16 @@ def open_entries(
             entries.append(_open_non_stream(source, cameras, frames_per_second))
         _require_own_size(source, entries[-1])
     return ComparisonInputs(entries, capture, cameras, frames_per_second)
+
+
+@contextmanager
+def _name_path_in_errors(path: Path) -> Iterator[None]:
+    """Prefix the message of an error about a stream with the path of the stream."""
+    try:
+        yield
+    except (BitstreamError, MismatchError) as error:
+        error.args = (f"{path}: {error.args[0]}",)
+        raise
 
 
 def _require_own_size(source: EntrySource, entry: Entry) -> None:
@@ -153,17 +172,30 @@ def _open_non_stream(
     return open_renders(path, source.label, cameras, source.byte_count)
 
 
-def _open_capture(streams: Sequence[OpenStream], options: ComparisonOptions) -> Capture | None:
+def _open_capture(
+    streams: Sequence[tuple[Path, StreamSummary]], options: ComparisonOptions
+) -> Capture | None:
+    """Open the capture, which must match all streams; return None if there is no capture.
+
+    Args:
+        streams: Path and summary of every stream.
+        options: Options of the comparison.
+
+    Raises:
+        CaptureError: The capture cannot be read.
+        MismatchError: A stream does not match the capture; the message begins with its path.
+    """
     if options.capture is None:
         return None
     if not streams:
         return open_capture(options.capture, CaptureOptions(downscale=options.downscale))
-    captures = [
-        open_same_capture(
-            stream.summary, options.capture, accept_other_capture=options.accept_other_capture
-        )
-        for stream in streams
-    ]
+    captures = []
+    for path, summary in streams:
+        with _name_path_in_errors(path):
+            capture = open_same_capture(
+                summary, options.capture, accept_other_capture=options.accept_other_capture
+            )
+        captures.append(capture)
     return captures[0]
 
 
