@@ -1,8 +1,8 @@
 """Reads frames that other programs wrote, from a folder of files or from one file.
 
 A folder has one PLY or SPZ file per frame, and the numbers in the file names define the order. The
-optional `sequence.json`, which `decode` writes, contains the frame rate, axes and cameras; its
-contents are validated.
+optional `sequence.json`, which `decode` writes into the folder of the frames, contains the frame
+rate, axes and cameras; its contents are validated.
 """
 
 import re
@@ -63,24 +63,13 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedF
         OSError: A file cannot be read.
     """
     if path.suffix.lower() == _FOURDGS_SUFFIX:
-        with _name_file_in_errors(path):
-            fourdgs_frames = read_4dgs(path.read_bytes(), frames_per_second)
-
-        def read_fourdgs() -> Iterator[tuple[Splats, Int64 | None]]:
-            with _name_file_in_errors(path):
-                yield from fourdgs_frames.read()
-
-        return ImportedFrames(fourdgs_frames.count, read_fourdgs, fourdgs_frames.frames_per_second)
+        return _open_fourdgs(path, frames_per_second)
     paths = [path] if path.is_file() else _list_frames(path)
     suffix = paths[0].suffix.lower()
     if suffix not in _PARSERS:
         message = f"{path} is not a file with frames; supported suffixes are {SUFFIXES}"
         raise NoFramesError(message)
-    sidecar_path = (path if path.is_dir() else path.parent) / SIDECAR_NAME
-    sidecar = Sidecar()
-    if path.is_dir() and sidecar_path.is_file():
-        with _name_file_in_errors(sidecar_path):
-            sidecar = parse_sidecar(sidecar_path.read_bytes())
+    sidecar = _read_sidecar(path) if path.is_dir() else Sidecar()
 
     def read() -> Iterator[tuple[Splats, Int64 | None]]:
         for frame_path in paths:
@@ -91,6 +80,30 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedF
     if suffix == ".spz":
         sidecar = rotate_sidecar_upright(sidecar)
     return ImportedFrames(len(paths), read, sidecar.frames_per_second, sidecar)
+
+
+def _open_fourdgs(path: Path, frames_per_second: float | None) -> ImportedFrames:
+    """Open a `.4dgs` file; `sequence.json` in its folder is used if it names the file."""
+    sidecar = _read_sidecar(path.parent)
+    if sidecar.files != path.name:
+        sidecar = Sidecar()
+    with _name_file_in_errors(path):
+        frames = read_4dgs(path.read_bytes(), frames_per_second or sidecar.frames_per_second)
+
+    def read() -> Iterator[tuple[Splats, Int64 | None]]:
+        with _name_file_in_errors(path):
+            yield from frames.read()
+
+    return ImportedFrames(frames.count, read, frames.frames_per_second, sidecar)
+
+
+def _read_sidecar(folder: Path) -> Sidecar:
+    """Read `sequence.json` in a folder; return default values if there is no such file."""
+    path = folder / SIDECAR_NAME
+    if not path.is_file():
+        return Sidecar()
+    with _name_file_in_errors(path):
+        return parse_sidecar(path.read_bytes())
 
 
 def _list_frames(folder: Path) -> list[Path]:

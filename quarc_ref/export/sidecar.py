@@ -59,6 +59,7 @@ class Sidecar:
         cameras: Cameras of the stream.
         metadata: Metadata of the stream.
         first_frame: Ordinal of the first frame.
+        files: Name of the file of all frames, or pattern of the names; empty if unknown.
     """
 
     frames_per_second: float | None = None
@@ -68,6 +69,7 @@ class Sidecar:
     cameras: tuple[Camera, ...] = ()
     metadata: dict[str, str] = field(default_factory=dict)
     first_frame: int = 0
+    files: str = ""
 
 
 def rotate_sidecar_upright(sidecar: Sidecar) -> Sidecar:
@@ -118,6 +120,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
             tuple(map(_parse_camera, content["cameras"])),
             dict(metadata),
             first_frame,
+            str(content["files"]),
         )
         _require_storable(sidecar)
     except (

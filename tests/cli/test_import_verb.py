@@ -41,6 +41,20 @@ def test_frames_keep_their_ordinals(stream_file, tmp_path):
     assert [scene.frame for scene in decode(data)] == [2, 3]
 
 
+def test_a_4dgs_file_keeps_the_ordinals_and_cameras_in_its_folder(stream_file, tmp_path):
+    pytest.importorskip("fourdgs")
+    run("decode", stream_file, "-o", tmp_path / "in", "--to", "4dgs", "--frames", "2:")
+    run_json("import", tmp_path / "in" / "frames.4dgs", "-o", tmp_path / "again.quarc")
+    (tmp_path / "in" / "frames.4dgs").rename(tmp_path / "in" / "other.4dgs")
+    run_json("import", tmp_path / "in" / "other.4dgs", "-o", tmp_path / "other.quarc")
+
+    again, other = ((tmp_path / name).read_bytes() for name in ("again.quarc", "other.quarc"))
+    assert [scene.frame for scene in decode(again)] == [2, 3]
+    assert [camera.name for camera in read_prologue(BytesSource(again))[0]] == ["cam00"]
+    assert [scene.frame for scene in decode(other)] == [0, 1]
+    assert not read_prologue(BytesSource(other))[0]
+
+
 def test_profile_bounds_rate_axes_and_canonical_frames_can_be_set(folder, tmp_path):
     options = ["--profile", "coarse", "--bound", "position=0.001", "--bound", "rotation=0.03"]
     options += ["--fps", 24, "--up", "+z", "--keyframe-interval", 2]
