@@ -6,7 +6,7 @@ rate, axes and cameras; its contents are validated.
 """
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -41,12 +41,14 @@ class ImportedFrames:
         frames_per_second: Frame rate; None if unknown.
         sidecar: Contents of `sequence.json` in the axes of the frames; if there is no such file,
             default values, with the up axis if the format defines it.
+        file_numbers: Last number in the name of each file in a folder; empty if a name has none.
     """
 
     count: int
     read: Callable[[], Iterator[tuple[Splats, Int64 | None]]]
     frames_per_second: float | None = None
     sidecar: Sidecar = field(default_factory=Sidecar)
+    file_numbers: tuple[int, ...] = ()
 
 
 def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedFrames:
@@ -79,7 +81,8 @@ def open_frames(path: Path, frames_per_second: float | None = None) -> ImportedF
 
     if suffix == ".spz":
         sidecar = rotate_sidecar_upright(sidecar)
-    return ImportedFrames(len(paths), read, sidecar.frames_per_second, sidecar)
+    file_numbers = _list_last_numbers(paths) if path.is_dir() else ()
+    return ImportedFrames(len(paths), read, sidecar.frames_per_second, sidecar, file_numbers)
 
 
 def _open_fourdgs(path: Path, frames_per_second: float | None) -> ImportedFrames:
@@ -132,6 +135,11 @@ def _list_frames(folder: Path) -> list[Path]:
 def _make_sort_key(path: Path) -> list[tuple[int, str]]:
     parts = _NUMBER_PATTERN.split(path.stem)
     return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
+
+
+def _list_last_numbers(paths: Sequence[Path]) -> tuple[int, ...]:
+    numbers = [_NUMBER_PATTERN.findall(path.stem) for path in paths]
+    return tuple(int(number) for *_, number in numbers) if all(numbers) else ()
 
 
 @contextmanager

@@ -41,6 +41,16 @@ def test_frames_keep_their_ordinals(stream_file, tmp_path):
     assert [scene.frame for scene in decode(data)] == [2, 3]
 
 
+def test_file_numbers_that_are_not_those_of_the_frames_are_reported(folder, tmp_path):
+    complete_run = run("import", folder, "-o", tmp_path / "complete.quarc")
+    (folder / "frame_0001.ply").unlink()
+    result = run("import", folder, "-o", tmp_path / "a.quarc")
+
+    assert (complete_run.exit_code, result.exit_code) == (0, 0)
+    assert "numbers of the files" not in complete_run.stderr
+    assert "files (0 to 3) differ from those of the frames (0 to 2)" in result.stderr
+
+
 def test_a_4dgs_file_keeps_the_ordinals_and_cameras_in_its_folder(stream_file, tmp_path):
     pytest.importorskip("fourdgs")
     run("decode", stream_file, "-o", tmp_path / "in", "--to", "4dgs", "--frames", "2:")

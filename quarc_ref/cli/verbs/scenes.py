@@ -1,6 +1,6 @@
 """The `import` command: encodes Gaussians from other methods into a stream."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -83,6 +83,7 @@ def import_frames(
         bounds = _change_bounds(PROFILES[profile], bound or [])
         _reject_capture(source)
         frames = open_frames(source, fps)
+        _warn_about_file_numbers(frames)
         options = _make_options(frames, fps, up)
         options = replace(
             options, bounds=bounds, keyframe_interval=keyframe_interval, progress=progress
@@ -109,6 +110,25 @@ def _reject_capture(source: Path) -> None:
             "have no poses, run quarc-ref calibrate first)"
         )
         raise UsageError(message)
+
+
+def _warn_about_file_numbers(frames: "ImportedFrames") -> None:
+    """Print a message if the numbers in file names, which `compare` uses, are not those of frames.
+
+    Frames of a stream have consecutive numbers, so a missing file shifts all later frames.
+    """
+    numbers, first_frame = frames.file_numbers, frames.sidecar.first_frame
+    if numbers and numbers != tuple(range(first_frame, first_frame + frames.count)):
+        print_message(
+            f"the numbers of the files ({_format_range(numbers)}) differ from those of the frames "
+            f"({_format_range(range(first_frame, first_frame + frames.count))}), which begin with "
+            f"{first_frame} and have no gaps"
+        )
+
+
+def _format_range(numbers: Sequence[int]) -> str:
+    first, last = numbers[0], numbers[-1]
+    return f"{first}" if len(numbers) == 1 else f"{first} to {last}"
 
 
 def _read_frames(frames: "ImportedFrames") -> "Iterator[GivenFrame]":
