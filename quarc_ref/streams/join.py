@@ -30,8 +30,9 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     The first stream keeps its frame numbers; those of the other streams are shifted. HEAD is
     copied from the first stream, except that its level is the highest level of all streams.
     Cameras must be the same in all streams. Only the metadata entries that are the same in all
-    streams are kept. Ancillary chunks of unknown types keep their places between frames;
-    identical chunks before the first frames of several streams are copied only once.
+    streams are kept, and `start` of the first stream. Ancillary chunks of unknown types keep their
+    places between frames; identical chunks before the first frames of several streams are copied
+    only once.
 
     Args:
         sources: Streams, which are read twice, so pipes are not allowed.
@@ -186,10 +187,15 @@ class _StreamJoiner:
 
 
 def _common_metadata(parts: Sequence[_Part]) -> dict[str, str]:
-    """Return the entries that are the same in all streams, in the order of the first stream."""
+    """Return the entries that are the same in all streams, in the order of the first stream.
+
+    `start` is the number that frame 0 of the stream has in the capture. It is that of the first
+    stream, whose frame numbers do not change.
+    """
     metadata_by_part = [part.metadata or {} for part in parts]
     return {
         key: text
         for key, text in metadata_by_part[0].items()
-        if all(part_metadata.get(key) == text for part_metadata in metadata_by_part)
+        if key == "start"
+        or all(part_metadata.get(key) == text for part_metadata in metadata_by_part)
     }

@@ -136,6 +136,13 @@ def test_metadata_shared_by_all_parts_is_kept():
     assert _read(join_bytes(*parts, _replace_payloads(_SHORT, {b"meta": None}))).metadata == {}
 
 
+def test_the_first_frame_in_the_capture_is_that_of_the_first_stream():
+    payloads = [wire.build_metadata({"start": start}) for start in ("30", "33")]
+    parts = [_replace_payloads(_SHORT, {b"meta": payload}) for payload in payloads]
+
+    assert _read(join_bytes(*parts)).metadata == {"start": "30"}
+
+
 def test_streams_without_cameras_and_metadata_join_without_them():
     stream = _replace_payloads(_SHORT, {b"meta": None, b"came": None})
 
