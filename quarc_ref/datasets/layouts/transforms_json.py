@@ -62,9 +62,12 @@ def read_nerfstudio(folder: Path) -> Footage:
     if all(entry.time is None for entry in entries):
         rig = _build_rig(_set_times_by_name(entries), path)
         _require_no_gaps(rig, path)
-        return _load_pictures(path, transforms, rig)
+        _require_equal_times(rig, may_end_early=False)
+        return _make_footage(path, transforms, rig)
     if all(entry.time is not None for entry in entries):
-        return _load_pictures(path, transforms, _build_rig(entries, path))
+        rig = _build_rig(entries, path)
+        _require_equal_times(rig, may_end_early=True)
+        return _make_footage(path, transforms, rig)
     message = (
         f"{path} is not a multi-view video: its entries must be either all videos or all pictures, "
         "and if one picture has a 'time', all pictures must have one"
@@ -81,12 +84,6 @@ def _load_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
                 "only one video"
             )
             raise CountMismatchError(message)
-    return _make_footage(path, transforms, rig)
-
-
-def _load_pictures(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
-    """Load a capture with one picture file per camera and frame."""
-    _require_equal_times(rig)
     return _make_footage(path, transforms, rig)
 
 
@@ -129,16 +126,27 @@ def _read_points(
     return read_points_ply(points_path), (path, points_path)
 
 
-def _require_equal_times(rig: _Rig) -> None:
-    """Check that every camera has exactly one picture for each time."""
-    first_times = [entry.time for entry in rig.entries[0]]
-    for camera, entries in zip(rig.cameras, rig.entries, strict=True):
-        times = [entry.time for entry in entries]
-        if times != first_times or len(set(times)) < len(times):
+def _require_equal_times(rig: _Rig, *, may_end_early: bool) -> None:
+    """Check that every camera has exactly one picture for each time.
+
+    Args:
+        rig: The rig.
+        may_end_early: Whether a camera may lack the last times. If the file has no times, a camera
+            that moves would be accepted as several cameras that end after their first pictures.
+
+    Raises:
+        CountMismatchError: A camera lacks a picture, or has two for one time.
+    """
+    times_by_camera = [[entry.time for entry in entries] for entries in rig.entries]
+    longest = max(range(len(times_by_camera)), key=lambda index: len(times_by_camera[index]))
+    all_times = times_by_camera[longest]
+    for camera, times in zip(rig.cameras, times_by_camera, strict=True):
+        expected_times = all_times[: len(times)] if may_end_early else all_times
+        if times != expected_times or len(set(times)) < len(times):
             message = (
                 f"the times of the {len(times)} pictures of camera {camera.name} are not the "
-                f"{len(first_times)} times of camera {rig.cameras[0].name}: every camera must be "
-                "static, and must have one picture per time"
+                f"{len(all_times)} times of camera {rig.cameras[longest].name}: every camera must "
+                "be static, and must have one picture per time"
             )
             raise CountMismatchError(message)
 

@@ -148,11 +148,20 @@ def test_a_missing_video_or_points_file_is_named(folder, shots, points, name):
 
 def test_a_camera_without_a_picture_for_some_time_is_named(frames_folder, shots):
     document = scenes.make_picture_document(shots)
-    del document["frames"][1]
+    del document["frames"][len(shots) + 1]  # not the last picture of the camera
     scenes.write_transforms(frames_folder, document)
 
     with pytest.raises(CountMismatchError, match=r"5 pictures of camera cam01 are .* 6 times"):
         read_nerfstudio(frames_folder)
+
+
+def test_of_cameras_that_end_at_different_times_the_common_frames_are_used(frames_folder, shots):
+    document = scenes.make_picture_document(shots)
+    del document["frames"][0]  # the last picture of cam00
+    scenes.write_transforms(frames_folder, document)
+    footage = read_nerfstudio(frames_folder)
+
+    assert (footage.frame_count, list(footage.source.lengths)) == (5, [5, 6, 6, 6])
 
 
 def test_two_pictures_for_one_time_are_rejected(frames_folder, shots):
