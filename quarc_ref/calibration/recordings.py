@@ -15,6 +15,7 @@ from quarc_ref.datasets.arrangements import (
 )
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
+from quarc_ref.inspection.wording import format_count
 
 MIN_CAMERAS = 3
 _UNSAFE_CHARACTERS = re.compile(r"[^A-Za-z0-9_-]+")
@@ -74,8 +75,9 @@ def find_recordings(folder: Path, frames_per_second: float | None = None) -> Rec
             break
     if len(files) < MIN_CAMERAS:
         message = (
-            f"{folder} has recordings of {len(files)} cameras, but at least {MIN_CAMERAS} "
-            "are needed: put one video or one folder of pictures per camera into this folder"
+            f"{folder} has recordings of {format_count(len(files), 'camera')}, but at least "
+            f"{MIN_CAMERAS} are needed: put one video or one folder of pictures per camera into "
+            "this folder"
         )
         raise CalibrationError(message)
     names = sorted(files, key=natural_order)
