@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.export.errors import NoFramesError, UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
@@ -26,7 +27,7 @@ from quarc_ref.format.arrays import Int64
 
 _PARSERS: dict[str, Callable[[bytes], Splats]] = {".ply": parse_ply, ".spz": parse_spz}
 _FOURDGS_SUFFIX = ".4dgs"
-_NUMBER_PATTERN = re.compile(r"(\d+)")
+_NUMBER_PATTERN = re.compile(r"[0-9]+")
 SUFFIXES = ", ".join([*_PARSERS, _FOURDGS_SUFFIX])
 
 
@@ -129,12 +130,7 @@ def _list_frames(folder: Path) -> list[Path]:
             f"{folder} has {formats} files, but must have one file per frame, all in one format"
         )
         raise NoFramesError(message)
-    return sorted(paths, key=_make_sort_key)
-
-
-def _make_sort_key(path: Path) -> list[tuple[int, str]]:
-    parts = _NUMBER_PATTERN.split(path.stem)
-    return [(int(part), "") if part.isdecimal() else (-1, part) for part in parts]
+    return sorted(sorted(paths), key=lambda path: natural_order(path.stem))
 
 
 def _list_last_numbers(paths: Sequence[Path]) -> tuple[int, ...]:
