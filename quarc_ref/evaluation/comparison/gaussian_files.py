@@ -10,6 +10,8 @@ from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.fourdgs_file import read_4dgs
 from quarc_ref.export.gaussian_ply import parse_ply
 
+PLY_SUFFIX = ".ply"
+
 
 def open_plys(folder: Path, label: Label) -> SplatEntry:
     """Open a folder with one 3DGS PLY file per frame, or the PLY file of a single frame.
@@ -23,11 +25,20 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
         OSError: The folder cannot be read.
     """
     path_by_frame = sort_by_frame_number(
-        [folder] if folder.is_file() else folder.glob("*.ply"), folder
+        [folder] if folder.is_file() else list_plys(folder), folder
     )
     byte_count = sum(path.stat().st_size for path in path_by_frame.values())
     info = EntryInfo("PLY per frame", tuple(path_by_frame), byte_count)
     return SplatEntry(label, info, lambda frame: _read_ply(path_by_frame[frame]))
+
+
+def list_plys(folder: Path) -> list[Path]:
+    """Return the PLY files of a folder, in no particular order.
+
+    Raises:
+        OSError: The folder cannot be read.
+    """
+    return [path for path in folder.iterdir() if path.suffix.lower() == PLY_SUFFIX]
 
 
 def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEntry:

@@ -9,7 +9,12 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.layouts.table import describe_capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, Label
-from quarc_ref.evaluation.comparison.gaussian_files import open_fourdgs, open_plys
+from quarc_ref.evaluation.comparison.gaussian_files import (
+    PLY_SUFFIX,
+    list_plys,
+    open_fourdgs,
+    open_plys,
+)
 from quarc_ref.evaluation.comparison.renders import RENDERS, open_renders
 from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
 from quarc_ref.evaluation.same_capture import (
@@ -21,7 +26,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.inspection.stream_summary import StreamSummary
 
-_FOURDGS_SUFFIX, _PLY_SUFFIX = ".4dgs", ".ply"
+_FOURDGS_SUFFIX = ".4dgs"
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,7 +152,7 @@ def _require_own_size(source: EntrySource, entry: Entry) -> None:
 
 
 def _is_stream(path: Path) -> bool:
-    return path.is_file() and path.suffix.lower() not in (_FOURDGS_SUFFIX, _PLY_SUFFIX)
+    return path.is_file() and path.suffix.lower() not in (_FOURDGS_SUFFIX, PLY_SUFFIX)
 
 
 def _open_non_stream(
@@ -163,7 +168,7 @@ def _open_non_stream(
         raise EntryError(message)
     if path.suffix.lower() == _FOURDGS_SUFFIX:
         return open_fourdgs(path, source.label, frames_per_second)
-    if path.is_file() or any(path.glob(f"*{_PLY_SUFFIX}")):
+    if path.is_file() or list_plys(path):
         return open_plys(path, source.label)
     fourdgs_files = sorted(path.glob(f"*{_FOURDGS_SUFFIX}"))
     if fourdgs_files:

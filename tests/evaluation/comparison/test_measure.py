@@ -143,6 +143,16 @@ def test_a_comparison_has_views_of_every_entry_for_the_page(method_outputs, comp
         assert np.abs(view.pictures[0] - view.pictures[1]).max() < 1 / 254
 
 
+def test_suffixes_of_ply_files_may_be_in_upper_case(method_outputs, compare, tmp_path):
+    for path in (method_outputs.folder / "plys").iterdir():
+        shutil.copy(path, (tmp_path / path.name).with_suffix(".PLY"))
+    comparison = compare(
+        method_outputs.folder / "a.quarc", tmp_path, capture=method_outputs.capture, span=(0, 1)
+    )
+
+    assert comparison.measured_entries[1].info.kind == "PLY per frame"
+
+
 def test_cameras_can_be_chosen(method_outputs, compare):
     stream, plys = method_outputs.folder / "a.quarc", method_outputs.folder / "plys"
     comparison = compare(stream, plys, capture=method_outputs.capture, cameras=("cam00",))
