@@ -73,7 +73,10 @@ def match_order(previous: Splats, current: Splats) -> Match:
 
 def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
     """Match rows whose attributes are equal and unique in each frame, keeping the row order."""
-    keys = np.concatenate([_pack_attributes(previous), _pack_attributes(current)])
+    sh_count = min(previous.sh.shape[1], current.sh.shape[1])  # SH degrees may differ
+    keys = np.concatenate(
+        [_pack_attributes(previous, sh_count), _pack_attributes(current, sh_count)]
+    )
     _, labels, counts = np.unique(keys, return_inverse=True, return_counts=True)
     labels = labels.reshape(-1)
     previous_count = len(previous.positions)
@@ -92,11 +95,15 @@ def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
     return first_rows[order][increasing_indices], second_rows[order][increasing_indices]
 
 
-def _pack_attributes(splats: Splats) -> NDArray[np.void]:
-    """Pack all attributes except position and rotation into one item per Gaussian, `[N]`."""
-    table = np.hstack(
-        [splats.log_scales, splats.opacities[:, None], splats.sh.reshape(len(splats.sh), -1)]
-    )
+def _pack_attributes(splats: Splats, sh_count: int) -> NDArray[np.void]:
+    """Pack all attributes except position and rotation into one item per Gaussian, `[N]`.
+
+    Args:
+        splats: Gaussians of a frame.
+        sh_count: Number of SH coefficients to include.
+    """
+    sh = splats.sh[:, :sh_count].reshape(len(splats.sh), -1)
+    table = np.hstack([splats.log_scales, splats.opacities[:, None], sh])
     packed = np.ascontiguousarray(table, dtype="<f4") + np.float32(0)  # replaces -0 by 0
     return packed.view(np.dtype((np.void, packed.itemsize * packed.shape[1]))).reshape(-1)
 

@@ -29,6 +29,21 @@ def test_one_frame_is_within_the_bounds(coefficients):
     assert report.dropped_sh_degree == {1: 0, 4: 0, 9: 2, 16: 3}[coefficients]
 
 
+def test_frames_with_other_sh_degrees_are_matched():
+    first_splats = make_splats(coefficients=4)
+    second_splats = select_rows(make_splats(coefficients=16), np.arange(5, 200))
+    second_splats = replace(second_splats, sh=second_splats.sh.copy())
+    second_splats.sh[:, :4] = first_splats.sh[5:]
+    data, report = encode([first_splats, second_splats])
+
+    assert_close(data, [first_splats, second_splats])
+    assert report.dropped_sh_degree == 3
+    last = list(decode_states(data))[-1]
+    assert last.births is None or last.births.newborn.count == 0
+    with pytest.raises(EncodeError, match="lower SH degree than the first frame"):
+        encode([first_splats, select_rows(make_splats(coefficients=1), np.arange(5, 200))])
+
+
 def test_moving_and_rotating_gaussians_keep_their_identity():
     first_splats = make_splats()
     scenes = [
