@@ -3,6 +3,7 @@
 import os
 import resource
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -58,10 +59,19 @@ def measure_resident_mib(pid: int) -> float:
     """Return the resident memory of a process and its child processes in MiB; 0 if unknown."""
     try:
         pages = int(Path(f"/proc/{pid}/statm").read_text().split()[1])
-        children = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
     except (OSError, IndexError):
         return 0.0
-    return pages * _PAGE_BYTES / _MIB + sum(measure_resident_mib(int(child)) for child in children)
+    return pages * _PAGE_BYTES / _MIB + sum(map(measure_resident_mib, _list_children(pid)))
+
+
+def _list_children(pid: int) -> list[int]:
+    """Return the child processes that the threads of a process have started."""
+    children: list[str] = []
+    with suppress(OSError):
+        for thread in Path(f"/proc/{pid}/task").iterdir():
+            with suppress(OSError):  # the thread may end at any time
+                children += (thread / "children").read_text().split()
+    return list(map(int, children))
 
 
 def kill_process_group(pid: int) -> None:

@@ -1,19 +1,21 @@
 """Runs a decoder as a process; yields the lines that it prints, or raises `FaultError`."""
 
 import json
-import queue
+import os
+import selectors
 import shlex
 import subprocess
-import threading
+from collections import deque
 from collections.abc import Iterator
 from contextlib import suppress
-from typing import Any
+from typing import IO, Any
 
 from runner.limits import Limits, ResourceMonitor, kill_process_group
 
 Line = dict[str, Any]
 GARBAGE, CRASH, STATUS = "garbage", "crash", "status"
 _POLL_SECONDS = 0.02
+_PIECE_BYTES = 1 << 16
 _MAX_STDERR_BYTES = 2000
 _MAX_LINE_BYTES = 1 << 20
 
@@ -37,6 +39,8 @@ class StartError(Exception):
 class CodecProcess:
     """The process of a decoder or an encoder.
 
+    Its pipes are served only while a method waits for the process; nothing runs in the background.
+
     Args:
         command: Command line in shell syntax; it is run without a shell.
         limits: Limits of each case.
@@ -49,23 +53,37 @@ class CodecProcess:
     def __init__(self, command: str, limits: Limits, *extra_arguments: str) -> None:
         self._limits = limits
         self._process = _start_process([*_split_command(command), *extra_arguments], limits)
-        self._lines: queue.Queue[bytes | None] = queue.Queue()
+        self._stdin, self._stdout, self._stderr = _list_pipes(self._process)
+        self._input = memoryview(b"")
+        self._has_last_input = False
+        self._lines: deque[bytes] = deque()
+        self._partial_line = b""
         self._stderr_tail = b""
-        self.monitor = ResourceMonitor(self._process.pid, limits)
-        for reader in (self._read_output, self._read_errors):
-            threading.Thread(target=reader, daemon=True).start()
+        self._selector = selectors.DefaultSelector()
+        for pipe in (self._stdout, self._stderr):
+            self._selector.register(pipe, selectors.EVENT_READ)
+        self.begin_case()
 
     def begin_case(self) -> None:
         """Restart the time limit for the next case."""
-        self.monitor = ResourceMonitor(self._process.pid, self._limits)
+        self._monitor = ResourceMonitor(self._process.pid, self._limits)
 
     def send(self, data: bytes, *, last: bool = False) -> None:
-        """Send bytes to the process in the background; if `last`, then close its standard input."""
-        threading.Thread(target=self._write, args=(data, last), daemon=True).start()
+        """Send bytes to the process while it is waited for; if `last`, then close its input."""
+        self._input = memoryview(bytes(self._input) + data)
+        self._has_last_input = last
+        self._write_input()
 
     def feed(self, data: bytes) -> None:
-        """Send bytes to the process, and wait until they are written to its standard input."""
-        self._write(data, last=False)
+        """Send bytes to the process, and wait until they are written to its standard input.
+
+        Raises:
+            FaultError: The process exceeds a limit.
+        """
+        self.send(data)
+        while self._input:
+            self._check_limits()
+            self._serve_pipes(_POLL_SECONDS)
 
     def read_lines(self) -> Iterator[Line]:
         """Yield the lines that the process prints until it closes its output.
@@ -84,8 +102,10 @@ class CodecProcess:
         """
         while self._process.poll() is None:
             self._check_limits()
+            self._serve_pipes(0)
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(_POLL_SECONDS)
+        self._serve_pipes(0)  # the last bytes of standard error
         status = self._process.returncode
         if status < 0:
             raise FaultError(
@@ -105,20 +125,18 @@ class CodecProcess:
         """Kill the process, and close its pipes."""
         kill_process_group(self._process.pid)
         self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
-            if pipe is not None:
-                with suppress(OSError, ValueError):
-                    pipe.close()
+        self._selector.close()
+        for pipe in (self._stdin, self._stdout, self._stderr):
+            pipe.close()
 
     def _next_line(self) -> bytes | None:
-        while True:
-            try:
-                return self._lines.get(timeout=_POLL_SECONDS)
-            except queue.Empty:
-                self._check_limits()
+        while not self._lines and self._is_registered(self._stdout):
+            self._check_limits()
+            self._serve_pipes(_POLL_SECONDS)
+        return self._lines.popleft() if self._lines else None
 
     def _check_limits(self) -> None:
-        verdict = self.monitor.find_exceeded_limit()
+        verdict = self._monitor.find_exceeded_limit()
         if verdict is not None:
             raise FaultError(
                 verdict,
@@ -136,26 +154,46 @@ class CodecProcess:
         )
         return "memory" if any(pattern in stderr for pattern in patterns) else "crash"
 
-    def _write(self, data: bytes, last: bool) -> None:
-        assert self._process.stdin is not None
-        with suppress(OSError, ValueError):
-            self._process.stdin.write(data)
-            self._process.stdin.flush()
-            if last:
-                self._process.stdin.close()
+    def _is_registered(self, pipe: IO[bytes]) -> bool:
+        return pipe in self._selector.get_map()
 
-    def _read_output(self) -> None:
-        assert self._process.stdout is not None
-        with suppress(OSError, ValueError):
-            while raw := self._process.stdout.readline(_MAX_LINE_BYTES):
-                self._lines.put(raw)
-        self._lines.put(None)
-
-    def _read_errors(self) -> None:
-        assert self._process.stderr is not None
-        with suppress(OSError, ValueError):
-            while piece := self._process.stderr.read(1 << 12):
+    def _serve_pipes(self, seconds: float) -> None:
+        """Read and write what is possible without blocking, after waiting for at most `seconds`."""
+        for key, _ in self._selector.select(seconds):
+            if key.fileobj is self._stdin:
+                self._write_input()
+                continue
+            piece = os.read(key.fd, _PIECE_BYTES)
+            if not piece:
+                self._selector.unregister(key.fileobj)
+            if key.fileobj is self._stdout:
+                self._take_output(piece)
+            else:
                 self._stderr_tail = (self._stderr_tail + piece)[-_MAX_STDERR_BYTES:]
+
+    def _write_input(self) -> None:
+        """Write as much input as the pipe accepts; discard it if the process reads no more."""
+        try:
+            while self._input:
+                self._input = self._input[os.write(self._stdin.fileno(), self._input) :]
+        except BlockingIOError:
+            if not self._is_registered(self._stdin):
+                self._selector.register(self._stdin, selectors.EVENT_WRITE)
+            return
+        except BrokenPipeError:
+            self._input = memoryview(b"")
+        if self._is_registered(self._stdin):
+            self._selector.unregister(self._stdin)
+        if self._has_last_input:
+            self._stdin.close()
+
+    def _take_output(self, piece: bytes) -> None:
+        """Split output into lines; the end of the output and `_MAX_LINE_BYTES` end a line, too."""
+        *lines, self._partial_line = (self._partial_line + piece).split(b"\n")
+        self._lines.extend(lines)
+        if self._partial_line and (not piece or len(self._partial_line) >= _MAX_LINE_BYTES):
+            self._lines.append(self._partial_line)
+            self._partial_line = b""
 
 
 def _split_command(command: str) -> list[str]:
@@ -193,6 +231,15 @@ def _start_process(arguments: list[str], limits: Limits) -> subprocess.Popen[byt
     except (OSError, ValueError, subprocess.SubprocessError) as error:
         message = f"{arguments[0]!r} cannot be started: {getattr(error, 'strerror', None) or error}"
         raise StartError(message) from error
+
+
+def _list_pipes(process: subprocess.Popen[bytes]) -> tuple[IO[bytes], IO[bytes], IO[bytes]]:
+    """Return standard input, which never blocks, standard output and standard error."""
+    assert process.stdin is not None
+    assert process.stdout is not None
+    assert process.stderr is not None
+    os.set_blocking(process.stdin.fileno(), False)
+    return process.stdin, process.stdout, process.stderr
 
 
 def parse_line(raw: bytes) -> Line:

@@ -1,6 +1,8 @@
 """Tests that the runner gives each kind of wrong decoder its verdict and a failing exit code."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +12,8 @@ import pytest
 
 from runner.cases import Case
 from runner.judge import judge
+from runner.limits import Limits
+from runner.process import CodecProcess
 
 ROOT = Path(__file__).resolve().parents[2]
 RUN = ROOT / "conformance" / "run.py"
@@ -44,6 +48,7 @@ def list_verdicts(completed):
         (["import os", "os.abort()"], "crash"),
         (["time.sleep(60)"], "timeout"),
         (["keep = []", "while True: keep.append(bytearray(1 << 20))"], "memory"),
+        (["while True: print('{\"frame\": 0}')"], "timeout"),
         (["print('frame 0')"], "garbage"),
         (["print('[' * 5000)"], "garbage"),
         (["print('{\"picture\": 0}')"], "garbage"),
@@ -58,6 +63,41 @@ def test_a_command_that_is_not_a_decoder_has_its_own_verdict(tmp_path, lines, ve
 
     assert verdict in list_verdicts(completed), completed.stdout
     assert completed.returncode == 1
+
+
+def test_memory_of_a_process_that_a_thread_started_counts(tmp_path):
+    child = "memory = b'x' * (200 << 20); import time; time.sleep(60)"
+    lines = [
+        "import subprocess, threading",
+        f"child = [sys.executable, '-c', {child!r}]",
+        "if len(sys.argv) == 1: threading.Thread(target=subprocess.run, args=(child,)).start()",
+    ]
+    completed = run_conformance(make_decoder(tmp_path, *lines), "--memory", "100")
+
+    assert list_verdicts(completed) >= {"memory"}, completed.stdout
+
+
+def test_the_runner_does_not_wait_for_a_process_that_a_decoder_leaves_behind(tmp_path):
+    """The process has a session of its own, so that it survives, and still holds all pipes."""
+    lines = [
+        "import subprocess",
+        "if len(sys.argv) > 1: sys.exit()",
+        "child = subprocess.Popen(['sleep', '60'], start_new_session=True)",
+        f"open({str(tmp_path / 'pid')!r}, 'w').write(str(child.pid))",
+    ]
+    completed = run_conformance(make_decoder(tmp_path, *lines), "--timeout", "1")
+    os.kill(int((tmp_path / "pid").read_text()), signal.SIGKILL)  # fails if it has ended
+
+    assert list_verdicts(completed) >= {"timeout"}, completed.stdout
+
+
+def test_all_that_a_command_writes_to_standard_error_is_read():
+    for _ in range(50):
+        process = CodecProcess('sh -c "echo MemoryError >&2; exit 7"', Limits())
+        fault = process.make_crash_fault(process.finish())
+        process.kill()
+
+        assert (fault.verdict, str(fault)) == ("memory", "exit status 7: MemoryError")
 
 
 def test_a_decoder_that_always_rejects_fails_with_every_valid_stream(tmp_path):
