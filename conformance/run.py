@@ -15,7 +15,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from runner.case_runner import CaseRunner, query_capabilities
-from runner.cases import list_cases
+from runner.cases import list_cases, remove_jobs
 from runner.encoders import make_encoder_case, try_encoder
 from runner.limits import Limits
 from runner.manifest import Suite, SuiteError
@@ -26,7 +26,7 @@ _EXIT_FAILED, _EXIT_NOT_RUN = 1, 2
 
 
 def main() -> int:
-    """Return 0 if all cases passed, 1 if any failed, 2 if none ran or a command did not start."""
+    """Return 0 if all cases passed, 1 if any failed, 2 if none ran or a file cannot be written."""
     options = parse_arguments()
     limits = Limits(options.timeout, options.memory)
     try:
@@ -34,11 +34,11 @@ def main() -> int:
             return write_streams(Suite.load(options.suite), options.write)
         run_cases = run_suite if options.encoder is None else run_scenes
         report = run_cases(options, limits)
-    except (SuiteError, StartError) as error:
+        sys.stdout.write(report.as_text(clauses=options.clauses))
+        write_reports(report, options.json, options.junit)
+    except (SuiteError, StartError, OSError) as error:
         print(f"run.py: {error}", file=sys.stderr)
         return _EXIT_NOT_RUN
-    write_reports(report, options.json, options.junit)
-    sys.stdout.write(report.as_text(clauses=options.clauses))
     return 0 if report.passed else _EXIT_FAILED
 
 
@@ -72,7 +72,8 @@ def parse_arguments() -> argparse.Namespace:
     parser.add_argument(
         "--alone",
         action="store_true",
-        help="start a new process for each stream, even if the decoder supports jobs",
+        help="start a new process for each stream, even if the decoder supports jobs; capabilities"
+        " that require jobs are not tested",
     )
     parser.add_argument(
         "--clauses", action="store_true", help="add the results of each clause to the text report"
@@ -85,12 +86,11 @@ def parse_arguments() -> argparse.Namespace:
 def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
     """Run the cases that the decoder supports and that `--only` selects."""
     suite = Suite.load(options.suite)
-    capabilities = {} if options.alone else query_capabilities(options.decoder, limits)
-    has_jobs = "jobs" in capabilities.get("capabilities", [])
+    capabilities = query_capabilities(options.decoder, limits)
+    has_jobs = "jobs" in capabilities.get("capabilities", []) and not options.alone
+    if not has_jobs:
+        capabilities = remove_jobs(capabilities)
     cases = select_cases(list_cases(suite, capabilities), options.only)
-    if not cases:
-        message = f"--only {' '.join(options.only)}: no case name begins with any of these prefixes"
-        raise SuiteError(message)
     case_runner = CaseRunner(options.decoder, suite, limits, supports_jobs=has_jobs)
     results = []
     try:
@@ -110,11 +110,12 @@ def run_scenes(options: argparse.Namespace, limits: Limits) -> Report:
         message = f"{options.suite / 'encoder'} contains no scenes"
         raise SuiteError(message)
     results = []
-    for scene in scenes:
+    for case in select_cases(map(make_encoder_case, scenes), options.only):
         start = time.monotonic()
+        scene = options.suite / f"{case.name}.json"
         verdict = try_encoder(options.encoder, options.decoder, scene, limits)
-        results.append(Result(make_encoder_case(scene), verdict, time.monotonic() - start))
-    return Report(options.encoder, {}, results)
+        results.append(Result(case, verdict, time.monotonic() - start))
+    return Report(options.encoder, {}, results, tool="encoder")
 
 
 def write_streams(suite: Suite, folder: Path) -> int:

@@ -113,6 +113,8 @@ class CaseRunner:
                 decoder.feed(chunk)
                 if is_frame:
                     printed_lines.append(_read_next_line(lines, len(printed_lines)))
+                    if "frame" not in printed_lines[-1]:
+                        break
             decoder.send(b"", last=True)
             printed_lines += list(lines)
             _check_status(decoder, printed_lines)

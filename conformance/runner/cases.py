@@ -8,6 +8,7 @@ from runner.manifest import Suite
 
 Line = dict[str, Any]
 MODES = ("decode", "numbers", "seek", "recover", "grow", "unit")
+_CAPABILITIES_WITHOUT_JOBS = ("grow", "metadata", "updates", "snapshots")
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,12 @@ class Case:
     vector: str
     expected: Line
     job: Line
+
+
+def remove_jobs(capabilities: Line) -> Line:
+    """Return the capabilities that can be tested without jobs."""
+    names = capabilities.get("capabilities", [])
+    return {"capabilities": [name for name in names if name in _CAPABILITIES_WITHOUT_JOBS]}
 
 
 def list_cases(suite: Suite, capabilities: Line) -> Iterator[Case]:

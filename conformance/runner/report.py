@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 
 from runner.cases import Case
 from runner.judge import PASS, Verdict
+from runner.manifest import SuiteError
 
 _SCHEMA = "quarc-ref/conformance-report/1"  # schema/report.schema.json
 
@@ -45,13 +46,15 @@ class Report:
 
     Attributes:
         command: Command line of the decoder or encoder.
-        capabilities: Line that the decoder prints with `--capabilities`.
+        capabilities: Capabilities of the decoder that are tested, in the form of RUNNER.md.
         results: Results in the order of the cases.
+        tool: What the command is: `decoder` or `encoder`.
     """
 
     command: str
     capabilities: dict[str, Any]
     results: list[Result]
+    tool: str = "decoder"
 
     @property
     def passed(self) -> bool:
@@ -71,9 +74,10 @@ class Report:
     def as_text(self, *, clauses: bool) -> str:
         """Return the report as text, optionally with the results of each clause."""
         failed = [result for result in self.results if not result.passed]
-        lines = [f"decoder: {self.command}"]
-        capabilities = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
-        lines.append(f"tested: {capabilities}")
+        lines = [f"{self.tool}: {self.command}"]
+        if self.tool == "decoder":
+            capabilities = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
+            lines.append(f"tested: {capabilities}")
         lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.message}" for r in failed]
         sections = {"category": "category", **({"clause": "clauses"} if clauses else {})}
         for title, key in sections.items():
@@ -142,5 +146,13 @@ def write_reports(report: Report, json_path: Path | None, junit_path: Path | Non
 
 
 def select_cases(cases: Iterable[Case], prefixes: list[str]) -> list[Case]:
-    """Return the cases whose names begin with one of the prefixes; without prefixes, all cases."""
-    return [case for case in cases if not prefixes or case.name.startswith(tuple(prefixes))]
+    """Return the cases whose names begin with one of the prefixes; without prefixes, all cases.
+
+    Raises:
+        SuiteError: There is no such case.
+    """
+    selected = [case for case in cases if not prefixes or case.name.startswith(tuple(prefixes))]
+    if not selected:
+        message = f"no case that can be run has a name that begins with {' or '.join(prefixes)}"
+        raise SuiteError(message)
+    return selected

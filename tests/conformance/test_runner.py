@@ -46,7 +46,7 @@ def list_verdicts(completed):
         (['print(\'{"refused": "field"}\')', "sys.exit(1)"], "refused"),
         (["raise RuntimeError('no')"], "crash"),
         (["import os", "os.abort()"], "crash"),
-        (["time.sleep(60)"], "timeout"),
+        (["if len(sys.argv) == 1: time.sleep(60)"], "timeout"),
         (["keep = []", "while True: keep.append(bytearray(1 << 20))"], "memory"),
         (["while True: print('{\"frame\": 0}')"], "timeout"),
         (["print('frame 0')"], "garbage"),
@@ -178,6 +178,51 @@ def test_a_gap_that_is_not_an_object_is_a_wrong_gap():
     assert judge(case, [{"gap": 5}]).name == "gaps"
 
 
+def test_without_jobs_other_capabilities_are_still_tested(tmp_path):
+    report = tmp_path / "report.json"
+    cases = ("streams/updates-edge", "streams/journey#")
+
+    completed = run_conformance(REFERENCE, "--alone", "--json", str(report), selected=cases)
+
+    names = [case["name"] for case in json.loads(report.read_text())["cases"]]
+    assert completed.returncode == 0, completed.stdout
+    assert names == ["streams/journey#grow", "streams/updates-edge"]
+
+
+@pytest.mark.parametrize("capabilities", ['["seek"]', "[]"])
+def test_capabilities_that_need_jobs_are_not_tested_without_jobs(tmp_path, capabilities):
+    line = f'{{"capabilities": {capabilities}, "units": ["crc"]}}'
+    decoder = make_decoder(tmp_path, f"print({line!r})")
+
+    completed = run_conformance(decoder, selected=("unit/", "streams/journey#from"))
+
+    assert completed.returncode == 2
+    assert completed.stderr.startswith("run.py: no case that can be run has a name")
+
+
+def test_a_growing_stream_that_is_rejected_is_reported_as_such(tmp_path):
+    program = tmp_path / "decoder.py"
+    program.write_text(
+        "import sys\n"
+        "is_asked = len(sys.argv) > 1\n"
+        'print(\'{"capabilities": ["grow"]}\' if is_asked else \'{"refused": "field"}\')\n'
+        "sys.exit(not is_asked)\n"
+    )
+    decoder = f"{sys.executable} {program}"
+
+    assert "refused" in list_verdicts(run_conformance(decoder, selected=("streams/journey#grow",)))
+
+
+@pytest.mark.parametrize("option", ["--json", "--junit"])
+def test_a_report_that_cannot_be_written_is_still_printed(tmp_path, option):
+    completed = run_conformance(REFERENCE, option, str(tmp_path / "none" / "report"))
+
+    assert completed.returncode == 2
+    assert "cases passed" in completed.stdout
+    assert completed.stderr.startswith("run.py: ")
+    assert completed.stderr.count("\n") == 1
+
+
 @pytest.mark.parametrize("manifest", [None, "{}", '{"vectors": [], "units": []}'])
 def test_an_empty_suite_fails(tmp_path, manifest):
     if manifest is not None:
@@ -222,7 +267,10 @@ def test_a_stream_that_differs_from_the_manifest_is_an_error_of_the_suite(tmp_pa
 def test_a_command_that_cannot_be_started_is_not_a_failing_decoder(options, command, message):
     is_encoder = options == ["--encoder"]
     completed = run_conformance(
-        REFERENCE if is_encoder else command, *options, *[command] * is_encoder
+        REFERENCE if is_encoder else command,
+        *options,
+        *[command] * is_encoder,
+        selected=("encoder/" if is_encoder else STILL_VECTOR,),
     )
 
     assert completed.returncode == 2
