@@ -26,6 +26,7 @@ LEVEL_LIMITS = {
 }
 _UNLIMITED_LEVEL = 31
 _LEVEL_OFFSET_IN_HEAD = 10
+_FRAME_KEYS = {"frame", "gaussians", "sha256", "values"}
 _FIELD_SIZES = {
     "position": 3,
     "rotation": 4,
@@ -56,8 +57,10 @@ def judge_encoder(scene: Line, declared: list[Line], stream: bytes, decoded: lis
     if not declared or "level" not in declared[-1] or not _are_bounds(declared[-1].get("bounds")):
         message = "the last line does not declare `level`, and in `bounds` a number for each bound"
         return Verdict("silent", message)
-    if decoded and "refused" in decoded[-1]:
-        return Verdict("refused", f"the decoder rejects the stream: {decoded[-1]['refused']}")
+    if decoded and decoded[-1].keys() & {"refused", "declined"}:
+        return Verdict("refused", f"the decoder rejects the stream: {decoded[-1]}")
+    if not all(line.keys() >= _FRAME_KEYS for line in decoded):
+        return Verdict("garbage", f"a line of the decoder lacks one of {sorted(_FRAME_KEYS)}")
     declared_states = [(line.get("frame"), line.get("sha256")) for line in declared[:-1]]
     if (
         declared_states != [(line["frame"], line["sha256"]) for line in decoded]
@@ -99,14 +102,11 @@ def _encode(encoder: str, scene: Path, output: Path, limits: Limits) -> list[Lin
 
 
 def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "stream").write_bytes(stream)
-        suite = Suite(Path(folder), {}, [])
-        case_runner = CaseRunner(decoder, suite, limits, supports_jobs=True)
-        try:
-            return case_runner.run_job({"job": "decode", "values": True}, stream)
-        finally:
-            case_runner.close()
+    case_runner = CaseRunner(decoder, Suite(Path(), {}, []), limits, supports_jobs=True)
+    try:
+        return case_runner.run_job({"job": "decode", "values": True}, stream)
+    finally:
+        case_runner.close()
 
 
 def _judge_level(declared_level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:

@@ -67,13 +67,20 @@ def test_a_higher_level_than_needed_is_detected(encoded_scene):
     assert judge_encoder(scene, lines, changed_stream, decoded_frames).name == "level"
 
 
-def test_a_rejected_stream_is_reported(encoded_scene):
+@pytest.mark.parametrize(
+    ("line", "verdict"),
+    [
+        ({"refused": "field"}, "refused"),
+        ({"declined": "too large"}, "refused"),
+        ({"unsupported": "decode"}, "garbage"),
+        ({"frame": 4, "gaussians": 1, "sha256": "0" * 64}, "garbage"),
+    ],
+)
+def test_a_stream_that_the_decoder_does_not_decode_is_reported(encoded_scene, line, verdict):
     scene, declared_lines, stream, decoded_frames = encoded_scene
     lines = [json.loads(line) for line in declared_lines.splitlines()]
 
-    verdict = judge_encoder(scene, lines, stream, [*decoded_frames, {"refused": "field"}])
-
-    assert verdict.name == "refused"
+    assert judge_encoder(scene, lines, stream, [*decoded_frames, line]).name == verdict
 
 
 def test_an_encoder_that_writes_nothing_fails(tmp_path):
@@ -89,7 +96,19 @@ def test_an_encoder_that_writes_nothing_fails(tmp_path):
     )
 
     assert completed.returncode == 1
+    assert completed.stdout.startswith("encoder: ")
     assert f"silent {len(SCENES)}" in completed.stdout
+
+
+def test_scenes_can_be_selected(tmp_path):
+    program = tmp_path / "encoder.py"
+    program.write_text("")
+    command = [sys.executable, str(SUITE / "run.py"), "--decoder", REFERENCE]
+    encoder = ["--encoder", f"{sys.executable} {program}", "--only", "encoder/born"]
+
+    completed = subprocess.run([*command, *encoder], capture_output=True, text=True, check=False)
+
+    assert "0 of 1 cases passed" in completed.stdout
 
 
 @pytest.mark.parametrize("path", SCENES, ids=lambda path: path.stem)
