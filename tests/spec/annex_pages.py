@@ -96,5 +96,5 @@ def digests(stream: PlainStream, marker: str) -> str:
         numbers = (state.frame, state.phase, len(state.gaussians), len(serialized))
         crc = f"{frame.state_crc:08x}"
         rows.append((*map(str, numbers), crc, f"`{state.compute_digest()}`"))
-    head = ("frame", "phase", "N", "bytes", "state_crc", "SHA-256 of the serialization")
+    head = ("frame", "phase", "N", "bytes serialized", "state_crc", "SHA-256 of the serialization")
     return f"<!-- spec:digests {marker} -->\n" + render_table(head, rows)
