@@ -38,16 +38,24 @@ def make_coverage_page(vectors: Iterable[Vector], units: Iterable[Unit]) -> byte
             vectors_by_clause.setdefault(number, []).append(f"unit/{unit.function}")
     spec = spec_text.read_spec()
     clauses = parse_clauses(spec)
-    _check_clauses(vectors_by_clause, clauses, spec_text.list_section_numbers(spec))
+    section_numbers = spec_text.list_section_numbers(spec)
+    _check_clauses(vectors_by_clause, clauses, section_numbers)
     rows = [_format_row(clause, vectors_by_clause.get(clause.number, [])) for clause in clauses]
     sections = [
         f"| {name} | {_format_names(vectors_by_clause[name])} |"
-        for name in sorted(set(vectors_by_clause) & spec_text.list_section_numbers(spec))
+        for name in sorted(vectors_by_clause.keys() & section_numbers, key=_make_sort_key)
     ]
-    section_table_head = "\nSections without clauses:\n\n| section | vectors |\n|---|---|\n"
+    section_table_head = (
+        "\nThese vectors test text of a section that is not a clause:\n\n"
+        "| section | vectors |\n|---|---|\n"
+    )
     return (
         _PAGE_HEAD + "\n".join(rows) + "\n" + section_table_head + "\n".join(sections) + "\n"
     ).encode()
+
+
+def _make_sort_key(section_number: str) -> list[str]:
+    return [part.zfill(2) for part in section_number.split(".")]  # 4.2 before 11.3
 
 
 def _check_clauses(
