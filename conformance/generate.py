@@ -1,6 +1,6 @@
 """Generates the test vectors of conformance/, which the modules in making/ define as Python code.
 
-    python conformance/generate.py            write the files that differ
+    python conformance/generate.py            write what differs, delete what is not generated
     python conformance/generate.py --check    write nothing; fail if anything differs
 
 The output is deterministic: it is computed without training, torch or random numbers.
@@ -32,7 +32,8 @@ def main() -> int:
     if not options.check:
         write_files(files, differing_names, options.output)
     for name in differing_names:
-        print(("differs: " if options.check else "written: ") + name)
+        action = "differs" if options.check else "written" if name in files else "deleted"
+        print(f"{action}: {name}")
     byte_count = sum(map(len, files.values()))
     print(f"{len(files)} files, {byte_count:,} bytes, {len(differing_names)} differ")
     return int(options.check and bool(differing_names))

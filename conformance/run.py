@@ -8,6 +8,7 @@ calls decoders and encoders.
 """
 
 import argparse
+import math
 import sys
 import time
 from pathlib import Path
@@ -15,7 +16,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
 from runner.case_runner import CaseRunner, query_capabilities
-from runner.cases import list_cases, remove_jobs
+from runner.cases import list_cases, list_tested_capabilities
 from runner.encoders import make_encoder_case, try_encoder
 from runner.limits import Limits
 from runner.manifest import Suite, SuiteError
@@ -66,9 +67,11 @@ def parse_arguments() -> argparse.Namespace:
         help="run only the cases whose names begin with this prefix; may be repeated",
     )
     parser.add_argument(
-        "--timeout", type=float, default=10.0, help="time limit of a case in seconds"
+        "--timeout", type=parse_limit, default=10.0, help="time limit of a case in seconds"
     )
-    parser.add_argument("--memory", type=int, default=512, help="memory limit of a case in MiB")
+    parser.add_argument(
+        "--memory", type=parse_limit, default=512.0, help="memory limit of a case in MiB"
+    )
     parser.add_argument(
         "--alone",
         action="store_true",
@@ -83,13 +86,24 @@ def parse_arguments() -> argparse.Namespace:
     return parser.parse_args()
 
 
+def parse_limit(text: str) -> float:
+    """Return a limit, which is a finite number of seconds or MiB above 0."""
+    try:
+        limit = float(text)
+    except ValueError:
+        limit = math.nan
+    if not 0 < limit < math.inf:
+        message = f"{text} is not a finite number above 0"
+        raise argparse.ArgumentTypeError(message)
+    return limit
+
+
 def run_suite(options: argparse.Namespace, limits: Limits) -> Report:
     """Run the cases that the decoder supports and that `--only` selects."""
     suite = Suite.load(options.suite)
     capabilities = query_capabilities(options.decoder, limits)
     has_jobs = "jobs" in capabilities.get("capabilities", []) and not options.alone
-    if not has_jobs:
-        capabilities = remove_jobs(capabilities)
+    capabilities = list_tested_capabilities(capabilities, with_jobs=has_jobs)
     cases = select_cases(list_cases(suite, capabilities), options.only)
     case_runner = CaseRunner(options.decoder, suite, limits, supports_jobs=has_jobs)
     results = []

@@ -8,7 +8,8 @@ from runner.manifest import Suite
 
 Line = dict[str, Any]
 MODES = ("decode", "numbers", "seek", "recover", "grow", "unit")
-_CAPABILITIES_WITHOUT_JOBS = ("grow", "metadata", "updates", "snapshots")
+_CAPABILITIES = ("grow", "metadata", "updates", "snapshots")
+_CAPABILITIES_OF_JOBS = ("jobs", "seek", "recover", "numbers")
 
 
 @dataclass(frozen=True)
@@ -35,10 +36,11 @@ class Case:
     job: Line
 
 
-def remove_jobs(capabilities: Line) -> Line:
-    """Return the capabilities that can be tested without jobs."""
-    names = capabilities.get("capabilities", [])
-    return {"capabilities": [name for name in names if name in _CAPABILITIES_WITHOUT_JOBS]}
+def list_tested_capabilities(capabilities: Line, *, with_jobs: bool) -> Line:
+    """Return those capabilities of a decoder that can be tested, with or without jobs."""
+    tested = (*_CAPABILITIES, *_CAPABILITIES_OF_JOBS * with_jobs)
+    names = [name for name in capabilities.get("capabilities", []) if name in tested]
+    return {"capabilities": names, "units": capabilities.get("units", []) if with_jobs else []}
 
 
 def list_cases(suite: Suite, capabilities: Line) -> Iterator[Case]:

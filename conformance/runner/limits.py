@@ -22,7 +22,7 @@ class Limits:
     """
 
     seconds: float = 10.0
-    memory_mib: int = 512
+    memory_mib: float = 512.0
 
     def limit_data_segment(self) -> None:
         """Limit the size of the data segment, in the child process before it starts the decoder.
@@ -30,7 +30,7 @@ class Limits:
         This limit is far above the limit of resident memory, because some runtimes reserve much
         more memory than they use.
         """
-        limit = _DATA_LIMIT_FACTOR * self.memory_mib * _MIB
+        limit = int(_DATA_LIMIT_FACTOR * self.memory_mib * _MIB)
         resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 

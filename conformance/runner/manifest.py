@@ -38,13 +38,14 @@ class Suite:
         try:
             manifest = json.loads((root / "manifest.json").read_text("utf-8"))
             units = [json.loads((root / name).read_text("utf-8")) for name in manifest["units"]]
-        except (OSError, ValueError, KeyError) as error:
-            message = f"the suite in {root} cannot be read: {error}"
+            vectors = {entry["name"]: entry for entry in manifest["vectors"]}
+        except (OSError, ValueError, KeyError, TypeError) as error:
+            message = f"the suite in {root} cannot be read: {error!r}"
             raise SuiteError(message) from error
-        if not manifest["vectors"]:
+        if not vectors:
             message = f"the manifest in {root} lists no vectors"
             raise SuiteError(message)
-        return cls(root, {entry["name"]: entry for entry in manifest["vectors"]}, units)
+        return cls(root, vectors, units)
 
     def read_stream(self, name: str) -> bytes:
         """Return the stream of a vector.

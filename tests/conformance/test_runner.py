@@ -200,6 +200,23 @@ def test_capabilities_that_need_jobs_are_not_tested_without_jobs(tmp_path, capab
     assert completed.stderr.startswith("run.py: no case that can be run has a name")
 
 
+def test_only_known_capabilities_are_reported_as_tested(tmp_path):
+    line = '{"capabilities": ["jobs", "seeks", "updates"]}'
+
+    completed = run_conformance(make_decoder(tmp_path, f"print({line!r})"))
+
+    assert "tested: decode, jobs, updates\n" in completed.stdout
+
+
+@pytest.mark.parametrize("limit", ["0", "-1", "nan", "inf", "much"])
+@pytest.mark.parametrize("option", ["--memory", "--timeout"])
+def test_limits_are_above_0(option, limit):
+    completed = run_conformance(REFERENCE, option, limit)
+
+    assert completed.returncode == 2
+    assert f"argument {option}: {limit} is not a finite number above 0" in completed.stderr
+
+
 def test_a_growing_stream_that_is_rejected_is_reported_as_such(tmp_path):
     program = tmp_path / "decoder.py"
     program.write_text(
@@ -223,7 +240,9 @@ def test_a_report_that_cannot_be_written_is_still_printed(tmp_path, option):
     assert completed.stderr.count("\n") == 1
 
 
-@pytest.mark.parametrize("manifest", [None, "{}", '{"vectors": [], "units": []}'])
+@pytest.mark.parametrize(
+    "manifest", [None, "{}", "[]", '{"units": []}', '{"vectors": [], "units": []}']
+)
 def test_an_empty_suite_fails(tmp_path, manifest):
     if manifest is not None:
         (tmp_path / "manifest.json").write_text(manifest)
