@@ -43,11 +43,6 @@ class Head:
     color_space: int = 1
 
     @property
-    def has_snapshots(self) -> bool:
-        """Whether the stream may contain snapshots."""
-        return bool(self.incompatible_features & 4)
-
-    @property
     def has_updates(self) -> bool:
         """Whether the stream may contain updates."""
         return bool(self.incompatible_features & 2)

@@ -51,7 +51,6 @@ export const ROTATION_INDEX_BITS = 2;
 export const RESIDUAL_ROWS = 13;
 export const SURVIVOR_ROWS = 14;
 export const MAGNITUDE_PLANES = 64;
-export const SYMBOL_LIMIT = 65;
 export const DIFFERENCE_LIMIT = 1n << 60n;
 
 export const LOG_SCALE_PLANES = 3;
