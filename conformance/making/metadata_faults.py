@@ -8,7 +8,7 @@ from making.fault_rows import CAME_CHUNK_INDEX, META_CHUNK_INDEX
 from making.payloads import pack_camera, pack_cameras
 from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 
-_NAN, _INFINITY = (struct.pack("<f", float(word)) for word in ("nan", "inf"))
+_NAN, _INFINITY, _MINUS_ONE = (struct.pack("<f", float(word)) for word in ("nan", "inf", "-1"))
 _ZERO_U32, _MAX_U32 = bytes(4), b"\xff\xff\xff\xff"
 _CAMERA_FIELDS = {
     "camera-flag": (5, b"\2", "held_out is 2"),
@@ -17,6 +17,14 @@ _CAMERA_FIELDS = {
     "camera-center": (22, _NAN, "cx is NaN"),
     "camera-translation": (66, _INFINITY, "a translation is infinite"),
     "camera-near": (78, _ZERO_U32, "near is 0"),
+    "camera-height": (10, _ZERO_U32, "height is 0"),
+    "camera-negative-focal-length": (14, _MINUS_ONE, "fx is negative"),
+    "camera-infinite-focal-length": (14, _INFINITY, "fx is infinite"),
+    "camera-focal-length-y": (18, _ZERO_U32, "fy is 0"),
+    "camera-center-y": (26, _INFINITY, "cy is infinite"),
+    "camera-rotation": (30, _NAN, "the first element of the rotation is NaN"),
+    "camera-rotation-end": (62, _NAN, "the last element of the rotation is NaN"),
+    "camera-negative-near": (78, _MINUS_ONE, "near is negative"),
 }
 """Offset of a field in a camera with a name of four bytes, its wrong value, and a description."""
 MetadataFault = tuple[str, bytes, str, str, str]

@@ -6,6 +6,7 @@ _CONTAINER_FILE = "format/container.py"
 _READER_FILE = "streams/chunk_reader.py"
 _STREAM_FILE = "decoder/stream_decoder.py"
 _WIRE_FILE = "format/wire.py"
+_CAMERAS_FILE = "format/cameras.py"
 _UNKNOWN_TYPE_CODE = "if not is_known and not header.is_ancillary:"
 
 MUTANTS = (
@@ -159,5 +160,33 @@ MUTANTS = (
         _STREAM_FILE,
         "if seek_target not in (None, point):",
         "if False:",
+    ),
+    make_mutant(
+        "cameras may have a height of 0",
+        _CAMERAS_FILE,
+        "min(self.width, self.height, self.fx, self.fy, self.near) <= 0",
+        "min(self.width, self.fx, self.fy, self.near) <= 0",
+        only_category="invalid",
+    ),
+    make_mutant(
+        "cameras may have a vertical focal length of 0",
+        _CAMERAS_FILE,
+        "min(self.width, self.height, self.fx, self.fy, self.near) <= 0",
+        "min(self.width, self.height, self.fx, self.near) <= 0",
+        only_category="invalid",
+    ),
+    make_mutant(
+        "rotations of cameras may contain NaN",
+        _CAMERAS_FILE,
+        "self.cx, self.cy, *self.rotation,",
+        "self.cx, self.cy,",
+        only_category="invalid",
+    ),
+    make_mutant(
+        "cameras may have an infinite cy",
+        _CAMERAS_FILE,
+        "self.cx, self.cy, *self.rotation,",
+        "self.cx, *self.rotation,",
+        only_category="invalid",
     ),
 )
