@@ -24,7 +24,7 @@ def make_recovery_vectors(parent: ValidStream) -> list[Vector]:
         *_make_frame_first_vectors(parent),
         *_make_index_vectors(parent),
         *_make_tail_vectors(parent),
-        _make_earlier_sequence_vector(parent),
+        *_make_junk_vectors(parent),
     ]
 
 
@@ -164,20 +164,27 @@ def _make_tail_vectors(parent: ValidStream) -> Iterable[Vector]:
     )
 
 
-def _make_earlier_sequence_vector(parent: ValidStream) -> Vector:
+def _make_junk_vectors(parent: ValidStream) -> Iterable[Vector]:
+    """Yield streams with a CANO in their middle at which decoding does not resume."""
     data, offsets, frames = parent.layout.data, parent.layout.offsets, parent.frames
     offset, payload = offsets[_FRAME_4_CHUNK_INDEX], data[offsets[9] + 20 : offsets[10] - 4]
-    junk = b"?" + pack_chunk(b"CANO", _FRAME_4_CHUNK_INDEX - 1, payload)
-    gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
-    return _make_recovery_vector(
-        parent,
-        "junk-old-number",
-        "5.2-4",
-        data[:offset] + junk + data[offset:],
-        Outcome(frames[:4], ("bad-sync",)),
-        Recovery([*frames[:4], *frames[6:]], (gap,)),
-        "a CANO with a later ordinal but an earlier sequence number",
-    )
+    earlier = pack_chunk(b"CANO", _FRAME_4_CHUNK_INDEX - 1, payload)
+    short = pack_chunk(b"CANO", _FRAME_4_CHUNK_INDEX, payload[:3])
+    for name, clauses, chunk, note in (
+        ("old-number", "5.2-4", earlier, "a later ordinal but an earlier sequence number"),
+        ("short-canonical", "5-1", short, "a payload of only three bytes"),
+    ):
+        junk = b"?" + chunk
+        gap = Gap(offset, len(junk) + offsets[9] - offset, ("bad-sync",), 2)
+        yield _make_recovery_vector(
+            parent,
+            f"junk-{name}",
+            clauses,
+            data[:offset] + junk + data[offset:],
+            Outcome(frames[:4], ("bad-sync",)),
+            Recovery([*frames[:4], *frames[6:]], (gap,)),
+            f"a CANO with {note}",
+        )
 
 
 def _make_recovery_vector(

@@ -189,4 +189,11 @@ MUTANTS = (
         "self.cx, *self.rotation,",
         only_category="invalid",
     ),
+    make_mutant(
+        "decoding resumes at a CANO that is too short for a frame number",
+        "streams/resync.py",
+        "return header.kind == container.CANO and header.length >= ORDINAL_BYTES",
+        "return header.kind == container.CANO",
+        only_category="damaged",
+    ),
 )
