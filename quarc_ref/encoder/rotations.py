@@ -1,8 +1,12 @@
-"""Operations on float quaternions `[4, n]` (wxyz): normalization, relative rotations, angles."""
+"""Operations on float quaternions `[4, n]` (wxyz): products, relative rotations, angles, codes."""
 
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.decoder.rotation import expand_rotations
+from quarc_ref.encoder.requantize import code_rotations
+from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.errors import EncodeError
 
 Float64 = NDArray[np.float64]
@@ -54,3 +58,17 @@ def angles_between(first: Float64, second: Float64) -> Float64:
     rotation = rotations_between(first, second)
     angles: Float64 = 2 * np.arctan2(np.sqrt((rotation[1:] ** 2).sum(axis=0)), rotation[0])
     return angles
+
+
+def code_quaternions(quaternions: Float64, fraction_bits: int) -> Int64:
+    """Return the nearest codes `[4, n]` of unit quaternions; see `requantize.code_rotations`."""
+    return code_rotations(np.rint(quaternions * ROTATION_ONE).astype(np.int64), fraction_bits)
+
+
+def decode_quaternions(codes: Int64, fraction_bits: int) -> Float64:
+    """Return the unit quaternions that a decoder makes of codes `[4, n]` (SPEC 7.2).
+
+    Raises:
+        RotationRangeError: A code is out of range.
+    """
+    return expand_rotations(codes, fraction_bits) / ROTATION_ONE

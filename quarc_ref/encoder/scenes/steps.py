@@ -13,9 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.decoder.rotation import expand_rotations
-from quarc_ref.encoder.requantize import code_rotations
-from quarc_ref.encoder.rotations import angles_between, normalize
+from quarc_ref.encoder.rotations import (
+    angles_between,
+    code_quaternions,
+    decode_quaternions,
+    normalize,
+)
 from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.grids import (
     find_common_divisor,
@@ -28,7 +31,6 @@ from quarc_ref.format.constants import (
     LATTICE_EXPONENT_LIMIT,
     POSITION_LIMIT,
     ROTATION_BITS_LIMIT,
-    ROTATION_ONE,
     ROTATION_UNITY_LIMIT,
     STEP_LIMIT,
 )
@@ -160,11 +162,10 @@ def _choose_rotation_bits(rotations: NDArray[np.floating], bound: float) -> int:
     is not in the first frame, such as that of a birth, could exceed the bound.
     """
     unit_quaternions = normalize(rotations.T.astype(np.float64))
-    q22_quaternions = np.rint(unit_quaternions * ROTATION_ONE).astype(np.int64)
     max_errors = {}
     for bits in range(_MIN_ROTATION_BITS, ROTATION_BITS_LIMIT + 1):
-        decoded = expand_rotations(code_rotations(q22_quaternions, bits), bits)
-        max_errors[bits] = float(angles_between(decoded / ROTATION_ONE, unit_quaternions).max())
+        decoded = decode_quaternions(code_quaternions(unit_quaternions, bits), bits)
+        max_errors[bits] = float(angles_between(decoded, unit_quaternions).max())
     exact_bits = [bits for bits, error in max_errors.items() if error < _MAX_EXACT_ANGLE]
     sufficient_bits = [bits for bits, error in max_errors.items() if error <= 0.9 * bound]
     chosen = min([*exact_bits, *sufficient_bits[1:2]] or sufficient_bits or [ROTATION_BITS_LIMIT])

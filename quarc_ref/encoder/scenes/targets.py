@@ -5,12 +5,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from quarc_ref.decoder.dequantize import Splats
-from quarc_ref.encoder.requantize import code_rotations
-from quarc_ref.encoder.rotations import Float64, normalize
+from quarc_ref.encoder.rotations import Float64, code_quaternions, normalize
 from quarc_ref.encoder.scenes.bounds import Bounds
 from quarc_ref.encoder.scenes.slack import Slack, measure_slack
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT, ROTATION_ONE
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Gaussians, StreamHeader
 
@@ -41,10 +40,9 @@ class Target:
     def quantized(self, rows: Int64) -> Gaussians:
         """Return the Gaussians of the given rows, rounded to the grid of canonical frames."""
         header = self.header
-        q22_quaternions = np.rint(self.rotations[:, rows] * ROTATION_ONE).astype(np.int64)
         return Gaussians(
             np.rint(self.positions[:, rows] / header.position_step).astype(np.int64),
-            code_rotations(q22_quaternions, header.rotation_bits),
+            code_quaternions(self.rotations[:, rows], header.rotation_bits),
             np.rint(self.codes[:, rows]).astype(np.int64),
         )
 

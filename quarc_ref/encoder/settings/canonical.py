@@ -144,9 +144,9 @@ class CanonicalSettings(Validated):
     quantize_rd_lambda: NonNegativeFloat = described(
         0.0,
         "Rate-distortion weight of the codes of rotations and SH DC. Halfway through fine-tuning, "
-        "other codes than the nearest are chosen if they save bits; a bit is worth a squared "
-        "change of the pictures of this multiple of the median squared error around a Gaussian. "
-        "0: no such choice (paper).",
+        "a code other than the nearest is chosen if it saves enough bits: each bit may change the "
+        "pictures by this multiple of the median squared error around a Gaussian. 0: the nearest "
+        "codes are always used (paper).",
     )
     lr_end_factor: UnitInterval = described(
         1.0,

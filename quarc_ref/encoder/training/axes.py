@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 from torch import Tensor
 
-from quarc_ref.encoder.requantize import code_rotations
-from quarc_ref.encoder.rotations import Float64, conjugate, multiply, normalize
+from quarc_ref.encoder.rotations import Float64, code_quaternions, conjugate, multiply, normalize
 from quarc_ref.encoder.training.code_rates import CodeRates
 from quarc_ref.encoder.training.trainable import Attributes, to_columns, to_rows
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import ROTATION_ONE
 from quarc_ref.format.records import StreamHeader
 
 _CUBE_ROTATIONS = Rotation.create_group("O")
@@ -57,7 +55,7 @@ def _choose_axes(quaternions: Float64, scale_codes: Int64, rotation_bits: int) -
 
     def code(choices: NDArray[np.intp]) -> Int64:
         rotated = multiply(quaternions, _QUATERNIONS[choices].T)
-        codes = code_rotations(np.rint(rotated * ROTATION_ONE).astype(np.int64), rotation_bits)
+        codes = code_quaternions(rotated, rotation_bits)
         return np.concatenate([codes, scale_codes[_AXES[choices].T, columns]])
 
     half_angle_cosines = conjugate(_QUATERNIONS.T).T @ quaternions

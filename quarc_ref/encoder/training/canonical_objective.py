@@ -49,11 +49,11 @@ class CanonicalObjective:
 
     @property
     def code_price(self) -> float:
-        """Value of a bit when codes are chosen (`rdoq`), as a multiple of the median error."""
+        """Squared change that a bit may cause (`rdoq`), as a multiple of the median error."""
         return self.settings.quantize_rd_lambda * self.rd_lambda
 
     def should_choose_codes(self, step: int) -> bool:
-        """Return whether codes are chosen at the start of an iteration: halfway in fine-tuning."""
+        """Return whether an iteration, halfway through fine-tuning, begins by choosing codes."""
         halfway = (self.fine_tuning_start + self.settings.iterations) // 2
         return bool(self.code_price) and self.fine_tuning_start < step == halfway
 

@@ -17,9 +17,14 @@ import numpy as np
 import torch
 from numpy.typing import NDArray
 
-from quarc_ref.decoder.rotation import expand_rotations
-from quarc_ref.encoder.requantize import code_rotations
-from quarc_ref.encoder.rotations import Float64, conjugate, multiply, rotations_between
+from quarc_ref.encoder.rotations import (
+    Float64,
+    code_quaternions,
+    conjugate,
+    decode_quaternions,
+    multiply,
+    rotations_between,
+)
 from quarc_ref.encoder.training.axes import rename_axes
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.code_rates import CodeRates
@@ -27,7 +32,6 @@ from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.sensitivity import measure_sensitivities
 from quarc_ref.encoder.training.trainable import Trainer, to_columns, to_rows
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import ROTATION_ONE
 
 _ROUNDS = 3  # the rates depend on the codes of all Gaussians, and a code can move several times
 _MIN_GAIN = 1e-9  # relative to the cost of a code; smaller gains are caused by rounding
@@ -81,12 +85,12 @@ def choose_rotations(
         price: Squared change of a picture that is worth a bit.
     """
     norms = np.linalg.norm(quaternions, axis=0)
-    nearest_codes = _code_quaternions(quaternions / norms, rotation_bits)
-    nearest = _expand(nearest_codes, rotation_bits)
+    nearest_codes = code_quaternions(quaternions / norms, rotation_bits)
+    nearest = decode_quaternions(nearest_codes, rotation_bits)
 
     def measure_distortions(codes: Int64) -> Float64:
         is_valid = (codes[1:] ** 2).sum(axis=0) <= 1 << (2 * rotation_bits)  # [7.2-6]
-        expanded = _expand(np.where(is_valid, codes, nearest_codes), rotation_bits)
+        expanded = decode_quaternions(np.where(is_valid, codes, nearest_codes), rotation_bits)
         differences = rotations_between(nearest, expanded)
         changes = differences[1:] / differences[0].clip(_MIN_COSINE)
         distortions = _evaluate_forms(forms, changes)
@@ -94,15 +98,15 @@ def choose_rotations(
         return distortions
 
     def remove_twist(codes: Int64, axis: int) -> Int64:
-        untwisted = _remove_twist(_expand(codes, rotation_bits), axis)
-        return _code_quaternions(untwisted, rotation_bits)
+        untwisted = _remove_twist(decode_quaternions(codes, rotation_bits), axis)
+        return code_quaternions(untwisted, rotation_bits)
 
     moves = [partial(remove_twist, axis=axis) for axis in range(3)]
     moves += [partial(_add, rows=[row], change=change) for row in (1, 2, 3) for change in _CHANGES]
     moves += [partial(_zero, row=row) for row in (1, 2, 3)]
     codes = _minimize_costs(nearest_codes, moves, measure_distortions, list, price)
     is_changed = (codes != nearest_codes).any(axis=0)
-    return np.where(is_changed, _expand(codes, rotation_bits) * norms, quaternions)
+    return np.where(is_changed, decode_quaternions(codes, rotation_bits) * norms, quaternions)
 
 
 def choose_colors(sh_dc: Float64, forms: Float64, step: float, price: float) -> Float64:
@@ -193,11 +197,3 @@ def _subtract_green(codes: Int64) -> list[Int64]:
     """Return green, red minus green, and blue minus green, as in a canonical frame (SPEC 8.5)."""
     red, green, blue = codes
     return [green, red - green, blue - green]
-
-
-def _code_quaternions(quaternions: Float64, rotation_bits: int) -> Int64:
-    return code_rotations(np.rint(quaternions * ROTATION_ONE).astype(np.int64), rotation_bits)
-
-
-def _expand(codes: Int64, rotation_bits: int) -> Float64:
-    return expand_rotations(codes, rotation_bits) / ROTATION_ONE

@@ -195,10 +195,10 @@ class Trainer:
         self._leaves = new_leaves
 
     def replace_codes(self, attributes: Attributes, axes: Tensor) -> None:
-        """Replace rotations, log-scales and SH DC, after a choice of their codes.
+        """Replace rotations, log-scales and SH DC, whose codes were chosen (see `rdoq`).
 
-        The Adam state of other attributes is kept, and so are the second moments of these three,
-        because learning rates would be too high without them.
+        The first moments of these three are set to 0. Their second moments are kept, because Adam's
+        next steps would be too large without them.
 
         Args:
             attributes: New attributes of the same Gaussians.
@@ -214,7 +214,7 @@ class Trainer:
             squares = state["exp_avg_sq"]
             if name == "log_scales":
                 squares.copy_(squares.gather(1, axes))
-            elif name == "rotations":  # turned, so that the components are mixed
+            elif name == "rotations":  # with other axes, the components are mixed
                 squares.copy_(squares.mean(dim=1, keepdim=True).expand_as(squares))
 
 
