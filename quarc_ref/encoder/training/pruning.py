@@ -22,11 +22,15 @@ from torch import Tensor
 
 from quarc_ref.encoder.training.canonical_objective import Pruning
 from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.probes import (
+    CHANNEL_COUNT,
+    sum_weighted_by_error,
+    sum_with_signs,
+)
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_sh_dc
 from quarc_ref.rendering.rasterizer import Gaussians
 
 _PROBE_COUNT = 2
-CHANNEL_COUNT = 3
 
 
 def prune_by_contribution(
@@ -92,21 +96,6 @@ def measure_contributions(
         )
         errors += weighted_error
     return contributions / view_counts.clamp(min=1), errors / view_counts.clamp(min=1)
-
-
-def sum_with_signs(image: Tensor, generator: torch.Generator) -> Tensor:
-    """Return the sum of the values of a picture with random signs."""
-    signs = torch.randint(0, 2, image.shape, generator=generator) * 2 - 1
-    return (image * signs.to(image)).sum()
-
-
-def sum_weighted_by_error(image: Tensor, truth: Tensor) -> Tensor:
-    """Return the sum of the pixels of a picture `[H, W, 3]`, weighted by their squared errors.
-
-    Its derivative with respect to the brightness of a Gaussian is the error around the Gaussian.
-    """
-    squared_error = (image.detach() - truth).square().mean(dim=2)
-    return (image.mean(dim=2) * squared_error).sum()
 
 
 def _scale_opacities(gaussians: Gaussians, factors: Tensor) -> Gaussians:

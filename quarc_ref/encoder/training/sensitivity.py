@@ -13,7 +13,7 @@ import torch
 
 from quarc_ref.encoder.rotations import Float64, conjugate, multiply
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.pruning import CHANNEL_COUNT, sum_weighted_by_error, sum_with_signs
+from quarc_ref.encoder.training.probes import CHANNEL_COUNT, sum_weighted_by_error, sum_with_signs
 from quarc_ref.encoder.training.trainable import Attributes, to_columns
 from quarc_ref.format.constants import SH_C0
 
