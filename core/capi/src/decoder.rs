@@ -15,7 +15,7 @@ enum Way {
     InOrder(Decoder),
     /// The bytes so far, and the decoder to open once they are complete.
     Gathering(Vec<u8>, Whole),
-    Seeking(SeekDecoder<SharedParts>),
+    Seeking(Box<SeekDecoder<SharedParts>>),
     /// From a frame on, reading byte ranges: the bytes read, and the decoder.
     Reading(SharedParts, u32, Option<Box<SeekDecoder<SharedParts>>>),
     Recovering(Recovery<SharedParts>),
@@ -132,7 +132,7 @@ impl AnyDecoder {
     /// Offset of the next chunk of such a stream.
     pub fn offset(&self) -> Option<u64> {
         match &self.way {
-            Way::Reading(_, _, decoder) => Some(decoder.as_ref()?.offset()),
+            Way::Reading(_, _, decoder) => decoder.as_ref()?.offset(),
             _ => None,
         }
     }
@@ -206,7 +206,7 @@ impl AnyDecoder {
                     None => decoder.insert(Box::new(SeekDecoder::new(parts.clone(), *start)?)),
                 };
                 let is_frame = decoder.pull()?.is_some();
-                parts.0.borrow_mut().forget_before(decoder.offset());
+                parts.0.borrow_mut().forget_before(decoder.offset().unwrap_or_default());
                 Ok(if is_frame { Pulled::Frame } else { Pulled::End })
             }
             Way::Recovering(recovery) => match recovery.pull()? {
@@ -230,7 +230,7 @@ impl AnyDecoder {
         if let Way::Gathering(bytes, whole) = std::mem::replace(&mut self.way, Way::None) {
             let source = SharedParts::whole(bytes);
             self.way = match whole {
-                Whole::Seek(start) => Way::Seeking(SeekDecoder::new(source, start)?),
+                Whole::Seek(start) => Way::Seeking(Box::new(SeekDecoder::new(source, start)?)),
                 Whole::Recover => Way::Recovering(Recovery::new(source)?),
             };
         }

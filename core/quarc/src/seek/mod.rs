@@ -6,7 +6,8 @@
 
 mod way;
 
-pub use way::{find_index, find_way, Way};
+pub use way::find_index;
+use way::Search;
 
 use crate::error::{Error, Result};
 use crate::preview::Preview;
@@ -24,6 +25,8 @@ pub struct SeekDecoder<S> {
     reader: ChunkReader<S>,
     states: StateDecoder,
     start: u32,
+    /// Until the start is found.
+    search: Option<Search>,
     preview: Option<Preview>,
     failure: Option<Error>,
 }
@@ -37,22 +40,17 @@ impl<S> Deref for SeekDecoder<S> {
 }
 
 impl<S: Source> SeekDecoder<S> {
-    /// A decoder whose first frame is that of ordinal `start`, or the first one after it.
+    /// A decoder whose first frame is that of ordinal `start`, or the first one after it. The frame
+    /// is found by the first [`SeekDecoder::pull`].
     ///
     /// # Errors
-    /// Those of reading HEAD and of finding the frame.
+    /// Those of reading HEAD.
     pub fn new(source: S, start: u32) -> Result<Self> {
         let mut reader = ChunkReader::new(source)?;
         let mut states = StateDecoder::default();
         take_head(&mut reader, &mut states)?;
-        if start > 0 {
-            let way = find_way(&mut reader, start)?;
-            if let Some((chunk, point)) = way.reference {
-                states.refer_to(&chunk.header, &chunk.payload, point)?;
-            }
-            states.skip_to(way.points);
-        }
-        Ok(SeekDecoder { reader, states, start, preview: None, failure: None })
+        let search = (start > 0).then(|| Search::new(&reader, start));
+        Ok(SeekDecoder { reader, states, start, search, preview: None, failure: None })
     }
 
     /// Return the state of the next frame; `None` after TAIL.
@@ -64,7 +62,7 @@ impl<S: Source> SeekDecoder<S> {
         if let Some(failure) = &self.failure {
             return Err(failure.clone());
         }
-        match self.advance() {
+        match self.find_start().and_then(|()| self.advance()) {
             Ok(true) => Ok(self.states.state()),
             Ok(false) => Ok(None),
             Err(error) => {
@@ -88,6 +86,9 @@ impl<S: Source> SeekDecoder<S> {
     }
 
     fn advance_preview(&mut self) -> Result<Option<(usize, State)>> {
+        if self.search.is_some() {
+            return Ok(None);
+        }
         let place = self.reader.order.offset;
         if self.preview.as_ref().map_or(true, |preview| preview.offset() != place) {
             let Some(header) = self.states.header() else { return Ok(None) };
@@ -101,10 +102,21 @@ impl<S: Source> SeekDecoder<S> {
         Ok(Some((preview.sections(), preview.state()?)))
     }
 
-    /// Byte offset of the next chunk in the stream.
+    /// Byte offset of the next chunk in the stream; `None` while the start has not been found.
     #[must_use]
-    pub fn offset(&self) -> u64 {
-        self.reader.order.offset
+    pub fn offset(&self) -> Option<u64> {
+        self.search.is_none().then_some(self.reader.order.offset)
+    }
+
+    fn find_start(&mut self) -> Result<()> {
+        let Some(search) = &mut self.search else { return Ok(()) };
+        let way = search.advance(&mut self.reader)?;
+        if let Some((chunk, point)) = way.reference {
+            self.states.refer_to(&chunk.header, &chunk.payload, point)?;
+        }
+        self.states.skip_to(way.points);
+        self.search = None;
+        Ok(())
     }
 
     /// Decode up to the next wanted frame; false at the end.

@@ -2,8 +2,8 @@
 
 use super::take_head;
 use crate::chunks::{
-    is_canonical, is_frame, kind_name, parse_chunk_header, prove_payload, ChunkHeader, Kind, CANO,
-    CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, INDX, SNAP, TAIL, TAIL_BYTES,
+    is_canonical, is_frame, kind_name, parse_chunk_header, prove_payload, ChunkHeader, ChunkOrder,
+    Kind, CANO, CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, INDX, SNAP, TAIL, TAIL_BYTES,
 };
 use crate::error::{Error, Reject, Result};
 use crate::reader::{Chunk, ChunkReader};
@@ -25,30 +25,67 @@ pub struct Way {
     pub reference: Option<(Chunk, SeekPoint)>,
 }
 
-/// Move a reader that has read HEAD to the last canonical frame at or before `frame`.
-///
-/// # Errors
-/// The bytes that were read are malformed.
-pub fn find_way<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Way> {
-    let here = reader.order.clone();
-    let mut points = if let Some(points) = read_index(reader)? {
-        points
-    } else {
-        reader.order = here.clone();
-        walk_headers(reader, frame)?
-    };
-    points.retain(|point| point.frame <= frame);
-    let Some(&last) = points.last() else {
-        reader.order = here;
-        return Ok(Way::default());
-    };
-    let header = go_to(reader, last.offset, last.sequence.into(), &[CANO, SNAP])?; // [11.2-4]
-    let mut reference = None;
-    if header.kind == SNAP {
-        reference = Some(take_reference(reader, &header, &points)?);
-        reader.order.go_to(header.offset, header.sequence.into());
+/// A search for the last canonical frame at or before a frame. If bytes are missing, it can be
+/// continued later, without reading the same chunk headers again.
+#[derive(Debug)]
+pub struct Search {
+    frame: u32,
+    /// The position after HEAD.
+    start: ChunkOrder,
+    /// The position up to which chunk headers have been read, and the seek points before it.
+    walked: ChunkOrder,
+    points: Vec<SeekPoint>,
+    /// The ordinal expected at that position.
+    due: u64,
+}
+
+impl Search {
+    /// A search that begins at the position of a reader that has read HEAD.
+    pub fn new<S>(reader: &ChunkReader<S>, frame: u32) -> Self {
+        let start = reader.order.clone();
+        Search { frame, walked: start.clone(), start, points: Vec::new(), due: 0 }
     }
-    Ok(Way { points, reference })
+
+    /// Move the reader to the last canonical frame at or before the frame.
+    ///
+    /// # Errors
+    /// The bytes that were read are malformed. After [`Error::Source`], call it again.
+    pub fn advance<S: Source>(&mut self, reader: &mut ChunkReader<S>) -> Result<Way> {
+        let mut points = match read_index(reader)? {
+            Some(points) => points,
+            None => self.walk_headers(reader)?.to_vec(),
+        };
+        points.retain(|point| point.frame <= self.frame);
+        let Some(&last) = points.last() else {
+            reader.order = self.start.clone();
+            return Ok(Way::default());
+        };
+        let header = go_to(reader, last.offset, last.sequence.into(), &[CANO, SNAP])?; // [11.2-4]
+        let mut reference = None;
+        if header.kind == SNAP {
+            reference = Some(take_reference(reader, &header, &points)?);
+            reader.order.go_to(header.offset, header.sequence.into());
+        }
+        Ok(Way { points, reference })
+    }
+
+    /// The seek points up to the frame, and possibly one after it, found by reading chunk headers.
+    fn walk_headers<S: Source>(&mut self, reader: &mut ChunkReader<S>) -> Result<&[SeekPoint]> {
+        reader.order = self.walked.clone();
+        let end = loop {
+            if self.due > u64::from(self.frame) {
+                break Ok(());
+            }
+            match walk_header(reader, &mut self.points, self.due) {
+                Ok(Some(next)) => self.due = next,
+                Ok(None) => break Ok(()),
+                Err(error) if error.reject() == Some(Reject::Truncated) => break Ok(()), // it ends
+                Err(error) => break Err(error),
+            }
+        };
+        self.walked = reader.order.clone();
+        end.map(|()| &self.points[..])
+    }
 }
 
 /// Read the CANO that a snapshot is coded against. [11.2-5]
@@ -120,21 +157,6 @@ fn prove_tail(data: &[u8], offset: u64) -> Result<(ChunkHeader, Tail)> {
     let (payload, stored) = data[CHUNK_HEADER_BYTES..].split_at(TAIL_BYTES as usize);
     prove_payload(&header, crc32fast::hash(payload), stored)?;
     Ok((header, wire::parse_tail(payload)?))
-}
-
-/// The seek points up to a frame, and possibly one after it, found by reading chunk headers.
-fn walk_headers<S: Source>(reader: &mut ChunkReader<S>, frame: u32) -> Result<Vec<SeekPoint>> {
-    let mut points = Vec::new();
-    let mut due = 0;
-    while due <= u64::from(frame) {
-        match walk_header(reader, &mut points, due) {
-            Ok(Some(next)) => due = next,
-            Ok(None) => break,
-            Err(error) if error.reject() == Some(Reject::Truncated) => break, // the stream ends
-            Err(error) => return Err(error),
-        }
-    }
-    Ok(points)
 }
 
 /// Pass one chunk and return the ordinal expected after it; `None` after TAIL.

@@ -4,6 +4,7 @@
 mod known;
 
 mod floats;
+mod searches;
 mod steps;
 mod streams;
 mod units;
