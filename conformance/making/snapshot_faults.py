@@ -7,7 +7,7 @@ from typing import Any
 from making.changes import Survivor
 from making.fault_rows import RECOVERY_CLAUSES, FaultRow, count_frames, make_damaged_vector
 from making.frames import make_snapshot
-from making.payloads import Snapshot
+from making.payloads import Snapshot, pack_chunk
 from making.scenes import make_cloud
 from making.snapshot_index_faults import make_snapshot_index_faults
 from making.snapshot_scenes import (
@@ -24,6 +24,10 @@ _SNAP_CHUNK_INDEX = 5
 """Index of the chunk of `streams/snapshots-journey` that holds frame 3, the first snapshot."""
 _SNAP_ORDINAL = 3
 
+_SHORT_SNAPSHOT = (245).to_bytes(4, "little") + bytes(3)
+"""Payload without the last byte of `canonical`. The first byte of its CRC is 0, so a decoder that
+reads beyond the payload also finds a reference to frame 0."""
+
 
 def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vector]:
     """Return all vectors.
@@ -38,6 +42,7 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
         *make_snapshot_index_faults(parent),
         *_make_damaged_vectors(parent),
         _make_snapshot_first_vector(parent),
+        _make_junk_vector(parent),
     ]
     return [
         *(replace(vector, **REQUIRED_CAPABILITY) for vector in vectors),
@@ -276,6 +281,21 @@ def _make_snapshot_first_vector(parent: ValidStream) -> Vector:
     outcome = Outcome((), ("chunk-order",))
     note = "a snapshot precedes the first CANO"
     return make_patched_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
+
+
+def _make_junk_vector(parent: ValidStream) -> Vector:
+    """Return a stream with a SNAP in its middle that is too short for decoding to resume at it."""
+    data, offset = parent.layout.data, parent.layout.offsets[_SNAP_CHUNK_INDEX]
+    junk = b"?" + pack_chunk(b"SNAP", _SNAP_CHUNK_INDEX, _SHORT_SNAPSHOT)
+    return make_damaged_vector(
+        parent,
+        "damaged/snapshots-junk-short",
+        f"5-1 {RECOVERY_CLAUSES}",
+        data[:offset] + junk + data[offset:],
+        Outcome(parent.frames[:_SNAP_ORDINAL], ("bad-sync",)),
+        Recovery(parent.frames, (Gap(offset, len(junk), ("bad-sync",), 0),)),
+        "a SNAP with a payload of only seven bytes",
+    )
 
 
 def _make_vector_without_feature(journey: ValidStream) -> Vector:

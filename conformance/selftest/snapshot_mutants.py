@@ -98,6 +98,12 @@ MUTANTS: tuple[Mutant, ...] = (
         "            return False\n",
     ),
     make_mutant(
+        "recovery resumes at a snapshot that is too short for its reference",
+        _RESYNC_FILE,
+        "            return self.canonical is not None and header.length >= 2 * ORDINAL_BYTES\n",
+        "            return self.canonical is not None and header.length >= ORDINAL_BYTES\n",
+    ),
+    make_mutant(
         "snapshots are accepted in streams without FEATURE_SNAPSHOTS",
         _CONTAINER_FILE,
         "        is_known = stream_header is not None and stream_header.snapshots\n",
