@@ -7,6 +7,7 @@ line with the reject id. conformance/RUNNER.md describes the protocol.
 
 import argparse
 import json
+import os
 import sys
 from contextlib import ExitStack
 
@@ -19,6 +20,7 @@ from quarc_ref.streams.sources import PipeSource
 
 _REJECTED = 1
 _DECLINED = 3
+_NO_READER = 141  # as after SIGPIPE
 
 
 def main() -> int:
@@ -61,5 +63,15 @@ def _decode() -> int:
     return status
 
 
+def _main_in_pipe() -> int:
+    """Run the command; if nobody reads its output any longer, end without a message."""
+    try:
+        return main()
+    except BrokenPipeError:
+        # Python flushes standard output at its exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return _NO_READER
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(_main_in_pipe())

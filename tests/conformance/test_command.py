@@ -1,5 +1,6 @@
 import io
 import json
+import os
 import runpy
 import subprocess
 import sys
@@ -23,6 +24,25 @@ def test_the_command_returns_an_exit_code(data, code, monkeypatch, capsys):
 
     assert exit_info.value.code == code
     assert len(capsys.readouterr().out.splitlines()) == len(_STATES) + code
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a pipe whose reader is closed")
+@pytest.mark.parametrize("option", ["--capabilities", "--jobs", "--coder=python"])
+def test_without_a_reader_the_command_ends_silently(option):
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    data = b'{"job": "number", "function": "?", "input": null}\n' if option == "--jobs" else _STREAM
+
+    completed = subprocess.run(
+        [sys.executable, "-m", "quarc_ref.conformance", option],
+        input=data,
+        stdout=write_end,
+        stderr=subprocess.PIPE,
+        check=False,
+    )
+    os.close(write_end)
+
+    assert (completed.returncode, completed.stderr) == (141, b"")
 
 
 def test_importing_the_command_does_nothing(monkeypatch, capsys):
