@@ -50,7 +50,7 @@ def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
         except TruncatedError as error:
             if time.monotonic() >= deadline:
                 patience_text = str(follow.patience).removesuffix(".0")
-                message = f"{error.args[0]}; no new data in {patience_text} seconds"
+                message = f"{error.args[0]}; no new data for {patience_text} s"
                 raise TruncatedError(message, error.offset) from error
             if follow.stop_event.wait(follow.interval):
                 raise

@@ -209,7 +209,7 @@ def test_a_stream_that_never_appears_is_reported_and_leaves_nothing(tmp_path):
 
     assert [result.exit_code for result in missing_file_runs + empty_file_runs] == [2, 2, 1, 1]
     assert all("does not exist" in result.stderr for result in missing_file_runs)
-    assert all("no new data in 0.2 seconds" in result.stderr for result in empty_file_runs)
+    assert all("no new data for 0.2 s" in result.stderr for result in empty_file_runs)
     assert list_names(tmp_path) == ["live.quarc"]
 
 
