@@ -32,6 +32,7 @@ def main() -> int:
             stack.enter_context(use_bit_decoder(PythonBitDecoder))
         if options.capabilities:
             sys.stdout.write(json.dumps(CAPABILITIES) + "\n")
+            sys.stdout.flush()
             return 0
         if options.jobs:
             answer_jobs(sys.stdin.buffer, sys.stdout)
