@@ -3,7 +3,7 @@
 import io
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TextIO
 
@@ -12,7 +12,7 @@ from quarc_ref.files.locks import open_regular_file
 
 @contextmanager
 def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
-    """Open a file for appending lines; if the file is empty at the end, it is removed.
+    """Open a file for appending lines; if it is empty at the end, even of an error, it is removed.
 
     A last line without an end, which a killed process may have left, is ended first.
 
@@ -32,9 +32,10 @@ def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
             file.seek(size - 1)
             if file.read(1) != b"\n":
                 file.write(b"\n")
-        with io.TextIOWrapper(file, encoding="utf-8", write_through=False) as sink:
-            yield sink
-            sink.flush()
-            is_empty = file.tell() == 0
-    if is_empty:
-        path.unlink(missing_ok=True)
+        try:
+            with io.TextIOWrapper(file, encoding="utf-8", write_through=False) as sink:
+                yield sink
+        finally:
+            with suppress(FileNotFoundError):
+                if path.stat().st_size == 0:
+                    path.unlink()

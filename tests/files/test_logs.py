@@ -1,5 +1,7 @@
 """Tests of log files: kept lines, unfinished lines, and empty files."""
 
+from contextlib import suppress
+
 import pytest
 
 from quarc_ref.files import open_log
@@ -23,8 +25,10 @@ def test_a_new_line_follows_the_kept_lines(existing, keep, expected, tmp_path):
     assert path.read_bytes() == expected
 
 
-def test_an_empty_log_is_removed(tmp_path):
-    with open_log(tmp_path / "log.jsonl", keep=True):
-        pass
+@pytest.mark.parametrize("error", [None, KeyboardInterrupt()])
+def test_an_empty_log_is_removed(error, tmp_path):
+    with suppress(KeyboardInterrupt), open_log(tmp_path / "log.jsonl", keep=True):
+        if error is not None:
+            raise error
 
     assert list(tmp_path.iterdir()) == []
