@@ -51,7 +51,7 @@ def open_stream_file(
                 _reject_partial_stream(path)
             with _report_kept_files(path):
                 yield path, file
-            sync_file(file)
+                sync_file(file)
         finally:
             if not _is_nonempty(path):
                 _remove_open_file(path, file)

@@ -7,8 +7,10 @@ import sys
 
 import pytest
 
+from quarc_ref.cli import stream_targets
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume import checkpoint
+from quarc_ref.inspection import inspect_stream
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.encoder.resume.saved import read_checkpoint_arrays
 
@@ -55,6 +57,28 @@ def test_a_failed_encode_keeps_the_old_file_and_a_part_to_resume(
     assert list_names(tmp_path) == ["new.quarc", "old.quarc"]
     for name in list_names(tmp_path):
         assert (tmp_path / name).read_bytes() == encoded_stream.file.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("module", "function", "name", "message"),
+    [
+        (stream_targets, "sync_file", "a.quarc.part", "contains the finished frames"),
+        (inspect_stream, "inspect_stream", "a.quarc", "is complete"),
+    ],
+)
+def test_an_interruption_after_the_last_frame_names_the_file_that_was_written(
+    module, function, name, message, capture, encoded_stream, tmp_path, monkeypatch
+):
+    command = ["encode", capture, "-o", tmp_path / "a.quarc", *TINY_OPTIONS]
+    with monkeypatch.context() as patch:
+        patch.setattr(module, function, _make_failing_function(KeyboardInterrupt()))
+        result = run(*command)
+
+    assert (result.exit_code, list_names(tmp_path)) == (130, [name])
+    assert f"interrupted; {tmp_path / name} {message}" in result.stderr.splitlines()[-1]
+    assert (tmp_path / name).read_bytes() == encoded_stream.file.read_bytes()
+    assert run(*command, "--resume").exit_code == 0
+    assert list_names(tmp_path) == ["a.quarc"]
 
 
 def _make_failing_function(error):

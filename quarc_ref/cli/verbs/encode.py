@@ -185,7 +185,11 @@ def _print_result(
     """Print the sizes of the stream, the findings and the time of the encode."""
     from quarc_ref.inspection.inspect_stream import inspect_stream
 
-    summary = inspect_stream(output.read_bytes())
+    try:
+        summary = inspect_stream(output.read_bytes())
+    except KeyboardInterrupt as error:
+        message = f"interrupted; {output} is complete"
+        raise KeyboardInterrupt(message) from error
     rounded_seconds = round(seconds, 1)
     if as_json:
         encode_values = {"findings": findings.as_json(), "seconds": rounded_seconds}
