@@ -8,7 +8,8 @@ from quarc_ref.export.gaussian_ply import build_ply
 from quarc_ref.streams import decode
 from quarc_ref.streams.prologue import read_prologue
 from quarc_ref.streams.source import BytesSource
-from tests.cli.commands import list_names, run, run_json
+from tests.cli.commands import list_names, read_json, run, run_json
+from tests.encoder.scenes.given import make_splats
 
 
 @pytest.fixture
@@ -84,6 +85,20 @@ def test_one_file_is_one_frame(small_stream, tmp_path):
     ply_file.write_bytes(build_ply(Frame.from_scene(small_stream.states[0].scene).splats))
 
     assert run_json("import", ply_file, "-o", tmp_path / "a.quarc")["frames"] == 1
+
+
+@pytest.mark.parametrize(
+    ("sh_degrees", "dropped_degree"), [((1, 1), 0), ((1, 2), 2), ((0, 1), 1), ((0, 3), 3)]
+)
+def test_dropped_sh_degrees_are_reported(sh_degrees, dropped_degree, tmp_path):
+    (tmp_path / "plys").mkdir()
+    for frame, degree in enumerate(sh_degrees):
+        splats = make_splats(coefficients=(degree + 1) ** 2)
+        (tmp_path / "plys" / f"{frame}.ply").write_bytes(build_ply(splats))
+    result = run("import", tmp_path / "plys", "-o", tmp_path / "a.quarc", "-q", "--json")
+
+    assert read_json(result.stdout)["dropped_sh_degree"] == dropped_degree
+    assert bool(dropped_degree) == ("SH degrees above 1" in result.stderr)
 
 
 @pytest.mark.parametrize(

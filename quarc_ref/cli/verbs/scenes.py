@@ -91,8 +91,7 @@ def import_frames(
         with open_output_stream(output, force=force) as sink:
             report = encode_scenes(_read_frames(frames), sink, options)
         if report.dropped_sh_degree:
-            degree = report.dropped_sh_degree
-            print_message(f"SH degrees 2 to {degree} are dropped: a stream has at most degree 1")
+            print_message("SH degrees above 1, or above that of the first frame, are dropped")
         _print_result(output, report, as_json=as_json)
 
 

@@ -51,7 +51,7 @@ class GivenFrame:
 
     Attributes:
         splats: Gaussians as 3DGS stores them, with SH degree 0 to 3. The stream stores SH only
-            up to degree 1.
+            up to the degree of the first frame, and at most up to degree 1.
         ids: `[N]` ids that identify the Gaussians across frames; None: match Gaussians by order.
         cameras: Cameras of the stream from this frame on; None: those of the frame before.
         metadata: Metadata of the stream from this frame on; None: that of the frame before.
@@ -104,8 +104,7 @@ class SceneReport:
         frames: Number of frames in the stream.
         bounds: Allowed errors.
         errors: Largest errors over all decoded frames.
-        dropped_sh_degree: Highest SH degree of the input that was dropped; 0 if none was
-            dropped.
+        dropped_sh_degree: Highest SH degree of the input that was dropped; 0 if none.
     """
 
     frames: int
@@ -200,7 +199,8 @@ class _Encoding:
             self._write_with_chosen_type(ordinal, frame, target)
         self._last_frame = frame
         sh_degree = round(frame.splats.sh.shape[1] ** 0.5) - 1
-        self._dropped_sh_degree = max(self._dropped_sh_degree, sh_degree if sh_degree > 1 else 0)
+        if sh_degree > self._header.sh_degree:
+            self._dropped_sh_degree = max(self._dropped_sh_degree, sh_degree)
         errors = measure_errors(self._loop.state.scene, target, self._target_rows)
         require_bounds(errors, self._bounds, ordinal)
         self._errors = self._errors.maximum(errors)
