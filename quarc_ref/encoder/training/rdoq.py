@@ -30,8 +30,11 @@ from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.code_rates import CodeRates
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.sensitivity import measure_sensitivities
-from quarc_ref.encoder.training.trainable import Trainer, to_columns, to_rows
+from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_columns, to_rows
 from quarc_ref.format.arrays import Int64
+from quarc_ref.format.constants import CODE_LIMIT
+from quarc_ref.format.errors import EncodeError
+from quarc_ref.format.records import StreamHeader
 
 _ROUNDS = 3  # the rates depend on the codes of all Gaussians, and a code can move several times
 _MIN_GAIN = 1e-9  # relative to the cost of a code; smaller gains are caused by rounding
@@ -52,8 +55,12 @@ def choose_codes(
         context: Training context, whose training views are rendered.
         objective: Quantization steps and weights.
         generator: Random generator of the pixel signs.
+
+    Raises:
+        EncodeError: A rotation, a log-scale or SH DC is not finite, or out of the format's range.
     """
     header = objective.header
+    _require_codable(trainer.attributes.detached(), header)
     attributes, axes = rename_axes(trainer.attributes.detached(), header)
     sensitivities = measure_sensitivities(context, attributes.quantized(header), generator)
     price = objective.code_price * sensitivities.median_error
@@ -69,6 +76,21 @@ def choose_codes(
         sh_dc=to_rows(sh_dc, attributes.sh_dc),
     )
     trainer.replace_codes(chosen, axes)
+
+
+def _require_codable(attributes: Attributes, header: StreamHeader) -> None:
+    """Raise EncodeError if a code whose rate is estimated would be out of range."""
+    codes = (
+        torch.nn.functional.normalize(attributes.rotations.double(), dim=1),
+        attributes.log_scales / header.log_scale_step,
+        attributes.sh_dc / header.sh_dc_step,
+    )
+    if not all(bool((code.abs() <= CODE_LIMIT).all()) for code in codes):  # false for NaN
+        message = (
+            f"an attribute of the first frame is not finite or exceeds {CODE_LIMIT} steps: "
+            "training diverged, or a quantization step is too small"
+        )
+        raise EncodeError(message)
 
 
 def choose_rotations(

@@ -1,3 +1,4 @@
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +15,7 @@ from quarc_ref.encoder.training.rdoq import choose_codes, choose_colors, choose_
 from quarc_ref.encoder.training.sensitivity import measure_sensitivities
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_columns, to_rows
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_canonical
+from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 from tests.encoder.toys import make_context, make_splats
 
@@ -203,6 +205,18 @@ def test_gaussians_that_no_view_sees_do_no_harm(context, attributes):
     choose_codes(trainer, context, objective, _generator())
 
     assert all(bool(tensor.isfinite().all()) for tensor in trainer.attributes.tensors())
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("rotations", math.nan), ("log_scales", math.inf), ("sh_dc", 1e9)]
+)
+def test_attributes_without_codes_are_an_error(name, value, context, attributes):
+    getattr(attributes, name)[3] = value
+    objective = CanonicalObjective(CanonicalSettings(quantize_rd_lambda=0.01), _HEADER)
+    trainer = Trainer(attributes, (1e-3,) * 6)
+
+    with pytest.raises(EncodeError, match="not finite or exceeds 32767 steps"):
+        choose_codes(trainer, context, objective, _generator())
 
 
 @pytest.mark.parametrize(
