@@ -8,11 +8,11 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 from numpy.typing import NDArray
 
 from quarc_ref.calibration.fusion import Indices, Keypoints
 from quarc_ref.datasets.capture import Image
+from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.files import write_file
 
 _MAX_FEATURES = 4096  # maximum per picture

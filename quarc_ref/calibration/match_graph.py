@@ -9,12 +9,12 @@ from itertools import combinations
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
 from quarc_ref.calibration.features import Features
 from quarc_ref.calibration.fusion import Indices, fuse_keypoints, keep_one_to_one
 from quarc_ref.calibration.lenses import AUTO_MODEL, INITIAL_AUTO_MODEL, LensOptions
 from quarc_ref.datasets.colmap_cameras import make_colmap_camera
+from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.pictures import Size
 
 MIN_MATCHES = 15  # minimum number of verified matches between two cameras

@@ -3,9 +3,9 @@
 import copy
 
 import numpy as np
-import pycolmap
 
 from quarc_ref.calibration.lenses import AUTO_MODEL, INITIAL_AUTO_MODEL, PINHOLE_MODEL, LensOptions
+from quarc_ref.datasets.colmap_import import pycolmap
 
 # Minimum number per camera; a point is supported if at least two other cameras see it.
 MIN_SUPPORTED_POINTS = 15

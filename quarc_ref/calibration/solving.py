@@ -10,7 +10,6 @@ from pathlib import Path
 from statistics import fmean, median
 
 import numpy as np
-import pycolmap
 from numpy.typing import NDArray
 
 from quarc_ref.calibration.errors import CalibrationError
@@ -26,6 +25,7 @@ from quarc_ref.calibration.reconstruction import (
 from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
+from quarc_ref.datasets.colmap_import import pycolmap
 
 _FEW_FEATURES = 100  # below this, the advice after a failure is about the pictures
 # Minimum number and share of inliers for the mapper; the strict pair is tried first. A camera that

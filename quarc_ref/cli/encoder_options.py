@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from quarc_ref.cli.errors import UsageError, restore_sigterm_handler
+from quarc_ref.cli.errors import UsageError
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
@@ -93,7 +93,6 @@ def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture"
     from quarc_ref.datasets.errors import HeldOutError, StartError
     from quarc_ref.datasets.open_capture import open_capture
 
-    restore_sigterm_handler()
     try:
         capture = open_capture(folder, options)
     except HeldOutError as error:

@@ -96,11 +96,6 @@ def _raise_termination(_number: int, _frame: FrameType | None) -> NoReturn:
     raise Termination
 
 
-def restore_sigterm_handler() -> None:
-    """Restore the handler of SIGTERM, which pycolmap replaces when it is imported."""
-    signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGTERM))
-
-
 def ensure_standard_streams() -> None:
     """Prepare standard output and standard error for any text, even if they are closed.
 

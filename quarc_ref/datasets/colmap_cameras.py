@@ -8,9 +8,8 @@ OpenCV's order.
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-import pycolmap
-
 from quarc_ref.datasets.calibration import Lens
+from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.errors import UnsupportedCameraError
 
 CAMERA_MODELS = (

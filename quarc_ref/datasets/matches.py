@@ -6,12 +6,12 @@ Matching does not use the camera poses, so the matches can be used to check the 
 from dataclasses import dataclass
 
 import numpy as np
-import pycolmap
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.colmap_cameras import silence_colmap
+from quarc_ref.datasets.colmap_import import pycolmap
 
 _MAX_FEATURES = 2000
 _DESCRIPTOR_SIZE = 128  # Dimension of a descriptor.

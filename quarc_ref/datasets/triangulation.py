@@ -11,11 +11,11 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.datasets.colmap_cameras import make_colmap_camera, silence_colmap
+from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.dense_points import add_dense_points
 from quarc_ref.datasets.errors import UnreadablePointsError
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, FrameRate, Quiet, check_folder
 from quarc_ref.cli.output import (
     TerminalProgress,
@@ -138,7 +138,6 @@ def calibrate(
         from quarc_ref.calibration.write_capture import write_capture
         from quarc_ref.datasets.errors import MaskNameError
 
-        restore_sigterm_handler()
         start_time = time.monotonic()
         distance = _parse_distance(meters)
         reject_input_folder(output, (recordings, intrinsics, masks))

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 import typer
 
 from quarc_ref.cli.encoder_options import make_config
-from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.targets import written_folder
@@ -86,7 +86,6 @@ def demo(
         from quarc_ref.cli.demo_work import run_demo
         from quarc_ref.synth import SynthOptions
 
-        restore_sigterm_handler()
         options = SynthOptions(frames=frames, seed=seed)
         with (
             TerminalProgress(quiet=quiet) as progress,

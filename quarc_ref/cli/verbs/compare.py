@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import (
     AsJson,
     Force,
@@ -116,7 +116,6 @@ def compare(
         from quarc_ref.evaluation.comparison.summary import summarize
         from quarc_ref.evaluation.same_capture import MismatchError, OtherCaptureError
 
-        restore_sigterm_handler()
         entry_sources = parse_entries(entries, sizes or [])
         if report is not None:
             reject_input_folder(report, (capture, *(entry.path for entry in entry_sources)))

@@ -9,7 +9,7 @@ import typer
 from quarc_ref.cli.completion import complete_preset
 from quarc_ref.cli.encode_arguments import HeldOut
 from quarc_ref.cli.encoder_options import make_config, require_device
-from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, CaptureFolder, Quiet
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, print_message
 
@@ -59,7 +59,6 @@ def doctor(
         from quarc_ref.datasets.open_capture import CaptureOptions
         from quarc_ref.encoder.doctor import ExamineOptions
 
-        restore_sigterm_handler()
         require_device(device)
         capture_options = CaptureOptions(downscale, tuple(held_out or ()), frames, start)
         config = make_config(preset, [], 0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from quarc_ref.cli.errors import UsageError, report_errors, restore_sigterm_handler
+from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import (
     AsJson,
     CaptureFolder,
@@ -58,7 +58,6 @@ def evaluate(
     with report_errors():
         from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 
-        restore_sigterm_handler()
         if report is not None:
             reject_input_folder(report, (capture, Path(file)))
         options = EvaluationOptions(parse_frames(frames), load_lpips(lpips), other_capture)

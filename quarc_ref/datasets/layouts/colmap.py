@@ -13,12 +13,12 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
-import pycolmap
 
 from quarc_ref.datasets.arrangements import find_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, make_pose
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.colmap_cameras import make_lens
+from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
