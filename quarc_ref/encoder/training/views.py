@@ -8,9 +8,10 @@ from collections.abc import Iterator
 import torch
 from torch import Tensor
 
-from quarc_ref.datasets.calibration import downscale_camera
+from quarc_ref.datasets.calibration import DownscaleError, downscale_camera
 from quarc_ref.datasets.capture import Capture, Mask
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import EncodeError
 
 
 class TrainingViews:
@@ -24,7 +25,7 @@ class TrainingViews:
             x `downscale` pixels.
 
     Raises:
-        ValueError: The downscaled pictures would have no pixels.
+        DownscaleError: The downscaled pictures would have no pixels.
     """
 
     def __init__(self, capture: Capture, device: torch.device, downscale: int = 1) -> None:
@@ -91,8 +92,16 @@ class TrainingViews:
         return _average_squares(mask, self._downscale).floor()
 
     def halved(self) -> "TrainingViews":
-        """Return the same views with half the width and height."""
-        return TrainingViews(self._capture, self._device, 2 * self._downscale)
+        """Return the same views with half the width and height.
+
+        Raises:
+            EncodeError: The pictures of a camera have a width or height of one pixel.
+        """
+        try:
+            return TrainingViews(self._capture, self._device, 2 * self._downscale)
+        except DownscaleError as error:
+            message = f"{error}: use larger pictures, or canonical.half_resolution_until_iter=0"
+            raise EncodeError(message) from error
 
     def drop_frames_before(self, frame: int) -> None:
         """Remove the pictures and masks of frames before `frame` from the cache."""

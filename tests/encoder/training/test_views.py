@@ -7,6 +7,7 @@ from hypothesis.extra.numpy import arrays
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.training.views import TrainingViews, measure_extent
+from quarc_ref.format.errors import EncodeError
 from tests.encoder.toys import make_cameras, make_capture
 
 
@@ -47,6 +48,14 @@ def test_a_pixel_of_a_halved_picture_is_the_mean_of_four():
     squares = full_picture[: 2 * rows, : 2 * columns].reshape(rows, 2, columns, 2, 3)
     assert torch.allclose(half_picture, squares.mean(dim=(1, 3)), atol=1e-6)
     assert (halved.cameras[1].width, halved.cameras[1].height) == (columns, rows)
+
+
+def test_pictures_of_a_pixel_cannot_be_halved():
+    camera = make_capture().cameras[0]
+    views = TrainingViews(make_capture(), torch.device("cpu"), min(camera.width, camera.height))
+
+    with pytest.raises(EncodeError, match="use larger pictures"):
+        views.halved()
 
 
 @given(position=arrays(np.float64, 3, elements=st.floats(-2, 2)))
