@@ -168,7 +168,8 @@ def _make_config_from_options(
         if setting_values.get(key) is not None:
             message = f"--set {setting} cannot be combined with the option for {key}: give one"
             raise UsageError(message)
-        if format_version == "1.0" and key in _UNSUPPORTED_IN_1_0 and text not in _OFF_VALUES:
+        is_off = text.lower() in _OFF_VALUES
+        if format_version == "1.0" and key in _UNSUPPORTED_IN_1_0 and not is_off:
             reject_conflicts("--format 1.0", {f"--set {setting}": True})
     if format_version == "1.0":
         has_snapshot_interval = setting_values["canonical.snapshot_interval"] is not None
