@@ -23,8 +23,9 @@ def undo_small_moves(
     """Return the Gaussians of a snapshot after undoing moves within the dead zone.
 
     A position is reset to its value in the canonical frame if the two differ by at most `max_steps`
-    translation steps on every axis. A rotation is reset if each coded component differs from its
-    value in the canonical frame by at most `max_steps` units of 2^-`rotation_bits`.
+    translation steps, rounded to position steps, on every axis. A rotation is reset if each coded
+    component differs from its value in the canonical frame by at most `max_steps` units of
+    2^-`rotation_bits`.
 
     Args:
         gaussians: Gaussians of the snapshot, on the grid of canonical frames.

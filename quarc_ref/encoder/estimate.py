@@ -34,7 +34,7 @@ _LAMBDA_EXPONENT = -0.2  # exponent of the weight: half the weight gives 15 % mo
 def estimate_encode(
     context: TrainingContext, points: Points, plan: EncodePlan, config: EncoderConfig
 ) -> Estimate:
-    """Estimate the time and size of an encode without affecting its random numbers.
+    """Estimate the remaining time and the total size without affecting the random numbers.
 
     Args:
         context: Training views and renderer.

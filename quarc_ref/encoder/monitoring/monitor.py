@@ -38,11 +38,11 @@ class EncodePlan:
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """Expected duration and size of an encode.
+    """Expected duration of an encode, and size of its stream.
 
     Attributes:
-        seconds: Duration of the encode, seconds.
-        byte_count: Size of the stream, bytes.
+        seconds: Duration of the remaining work, seconds.
+        byte_count: Size of the complete stream, bytes.
     """
 
     seconds: float
