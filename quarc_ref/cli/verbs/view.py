@@ -78,6 +78,7 @@ def view(
         host_names = _require_host_names(allowed_hosts or [])
         options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
         with (
+            _report_stop(),
             _open_stream(file, options, follow_options) as stream,
             _open_server(stream, (host, port), host_names) as server,
         ):
@@ -85,6 +86,16 @@ def view(
             if open_browser:
                 webbrowser.open(server.url)
             server.serve_forever(poll_interval=0.1)
+
+
+@contextmanager
+def _report_stop() -> Iterator[None]:
+    """If the block is interrupted, say that the server has stopped: this is its normal end."""
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        message = "stopped"
+        raise KeyboardInterrupt(message) from error
 
 
 class _ViewedStream(NamedTuple):
