@@ -111,8 +111,12 @@ def _require_joinable(first: _Part, part: _Part, number: int) -> None:
         if field.name != "level"
         and getattr(headers[0], field.name) != getattr(headers[1], field.name)
     ]
-    if first.head[:_LEVEL_OFFSET] != part.head[:_LEVEL_OFFSET]:
-        differences.append("compatible_features")
+    versions = [VERSION.parse(compared_part.head) for compared_part in (first, part)]
+    differences += [
+        f"{name} ({versions[0][name]} and {versions[1][name]})"
+        for name in ("version_minor", "compatible_features")
+        if versions[0][name] != versions[1][name]
+    ]
     if differences:
         message = f"stream {number} differs from the first in {', '.join(differences)}"
         raise EditError(message)

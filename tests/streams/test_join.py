@@ -106,12 +106,24 @@ def test_headers_that_differ_are_named_field_by_field():
         join_bytes(_SHORT, other_stream)
 
 
+def test_a_feature_that_differs_is_named_only_once():
+    updates, snapshots = (
+        make_stream(replace(_HEADER, **{feature: True}), frame_count=2)[0]
+        for feature in ("updates", "snapshots")
+    )
+
+    message = r"in updates \(True and False\), snapshots \(False and True\)$"
+    with pytest.raises(EditError, match=message):
+        join_bytes(updates, snapshots)
+
+
 def test_unknown_features_must_be_the_same():
     head = bytearray(wire.build_stream_header(_HEADER))
     head[6] = 1
     other_stream = _replace_payloads(_SHORT, {b"HEAD": bytes(head)})
 
-    with pytest.raises(EditError, match="stream 3 differs from the first in compatible_features"):
+    message = r"stream 3 differs from the first in compatible_features \(0 and 1\)"
+    with pytest.raises(EditError, match=message):
         join_bytes(_SHORT, _SHORT, other_stream)
     assert list_all_chunks(join_bytes(other_stream, other_stream))[0].payload == head
 
