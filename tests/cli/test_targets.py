@@ -72,8 +72,9 @@ def test_an_existing_file_is_replaced_only_with_force(open_target, tmp_path):
 
 
 @pytest.mark.parametrize("open_target", [open_output_file, open_output_frame, open_output_stream])
-def test_a_file_does_not_replace_a_folder(open_target, old_folder):
-    with pytest.raises(UsageError, match="folder"), open_target(old_folder, force=True):
+@pytest.mark.parametrize("force", [False, True])
+def test_a_file_does_not_replace_a_folder(force, open_target, old_folder):
+    with pytest.raises(UsageError, match="is a folder"), open_target(old_folder, force=force):
         pytest.fail("the target was opened")
 
     assert list_names(old_folder) == ["frame_0.ply"]
@@ -81,10 +82,11 @@ def test_a_file_does_not_replace_a_folder(open_target, old_folder):
 
 @pytest.mark.skipif(os.name == "nt", reason="no named pipes")
 @pytest.mark.parametrize("open_target", [open_output_file, open_output_frame, open_output_stream])
-def test_a_file_does_not_replace_a_pipe_or_device(open_target, tmp_path):
+@pytest.mark.parametrize("force", [False, True])
+def test_a_file_does_not_replace_a_pipe_or_device(force, open_target, tmp_path):
     os.mkfifo(tmp_path / "pipe")
-    for target in (tmp_path / "pipe", Path(os.devnull)):
-        with pytest.raises(UsageError, match="not a regular file"), open_target(target, force=True):
+    for path in (tmp_path / "pipe", Path(os.devnull)):
+        with pytest.raises(UsageError, match="not a regular file"), open_target(path, force=force):
             pytest.fail("the target was opened")
 
     assert (tmp_path / "pipe").is_fifo()
