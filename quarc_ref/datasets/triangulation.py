@@ -37,8 +37,14 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
         pictures: `[camera]` pictures, each `[H, W, 3]` sRGB.
 
     Raises:
-        UnreadablePointsError: Too few points are found.
+        UnreadablePointsError: There is only one camera, or too few points are found.
     """
+    if len(cameras) == 1:
+        message = (
+            "the initial points cannot be triangulated from one training camera: hold out fewer "
+            f"cameras, add cameras, or {_REMEDY}"
+        )
+        raise UnreadablePointsError(message)
     with tempfile.TemporaryDirectory() as name, silence_colmap():
         folder = Path(name)
         try:
