@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -88,7 +89,8 @@ def plan_studies(arguments: argparse.Namespace) -> list[Study]:
             `plan_study`).
         CaptureError: A capture cannot be read.
     """
-    captures = [path.resolve() for path in arguments.capture]
+    # Links are kept, because a folder of scenes often consists of links to other disks.
+    captures = [Path(os.path.abspath(path)) for path in arguments.capture]
     if len(captures) == 1:
         return [plan_study(arguments, captures[0], arguments.out)]
     folders = [arguments.out / path.parent.name / path.name for path in captures]

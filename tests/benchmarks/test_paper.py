@@ -213,6 +213,19 @@ def test_several_captures_give_one_table_of_scenes_and_their_mean(
     assert sorted(set(completed_names)) == ["full", "gate", "gate-open"]
 
 
+def test_a_linked_capture_is_named_after_the_link(folder, tmp_path):
+    data = tmp_path / "N3DV"
+    data.mkdir()
+    names = ("one", "two")
+    for name in names:
+        (data / name).symlink_to(folder)
+    captures = [str(data / name) for name in names]
+    arguments = command._parse_arguments([*captures, "--out", str(tmp_path), *TINY_OPTIONS])
+
+    folders = [study.folder for study in command.plan_studies(arguments)]
+    assert folders == [tmp_path / "N3DV" / name for name in names]
+
+
 def test_ctrl_c_stops_all_captures_without_a_traceback(folder, tmp_path, monkeypatch, capsys):
     other_folder = tmp_path / "other"
     shutil.copytree(folder, other_folder)
