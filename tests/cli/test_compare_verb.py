@@ -152,7 +152,7 @@ def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
         ("{stream} {stream} --lpips {stream}", "is not a readable file of LPIPS weights"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
         ("{stream} {stream} --frames 77", "the entries have no frame in common"),
-        ("{stream} {empty}", "has no pictures of cam00"),
+        ("{stream} {empty}", "neither .ply files nor pictures of cam00"),
     ],
 )
 def test_entries_that_cannot_be_compared_are_a_usage_error(line, message, encoded_stream, tmp_path):

@@ -85,8 +85,9 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
         return {name: _list_by_frame(folder, subfolder_pictures, name) for name in cameras}
     camera_names = ", ".join(sorted(cameras))
     message = (
-        f"{folder} has no pictures of {camera_names}: name the files CAMERA/FRAME.png or "
-        "FRAME/CAMERA.png, or FRAME.png for a single camera"
+        f"{folder} has neither .ply files nor pictures of {camera_names}: put one .ply file per "
+        "frame into the folder, or name the pictures CAMERA/FRAME.png or FRAME/CAMERA.png, or "
+        "FRAME.png for a single camera"
     )
     raise EntryError(message)
 
