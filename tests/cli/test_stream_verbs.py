@@ -48,6 +48,15 @@ def test_info_names_the_version_that_has_the_features_of_the_stream(tmp_path, fe
     assert re.search(r"format +1\.1, conformance level 1\.0 ", run("info", path).stdout)
 
 
+def test_a_mean_over_no_frames_is_not_printed(tmp_path):
+    _write_stream(tmp_path / "still.quarc", {})
+
+    text = run("info", tmp_path / "still.quarc").stdout
+
+    assert "for the whole stream" in text
+    assert "without keyframes" not in text
+
+
 def test_the_kinds_of_bytes_add_up_to_the_file(stream_file):
     sizes = run_json("info", stream_file)["bytes"]
 

@@ -168,10 +168,12 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
     for kind in KINDS:
         fields[kind] = f"{coded[kind]:,} bytes (zero-order estimate {estimate[kind]:,})"
     fields["overhead"] = f"{coded['overhead']:,} bytes"
-    fields["KB per frame"] = (
-        f"{kilobytes['without_canonical']:.2f} without keyframes, "
-        f"{kilobytes['with_canonical']:.2f} for the whole stream; a KB is 1024 bytes"
-    )
+    means = {
+        "without keyframes": kilobytes["without_canonical"],  # 0 if all frames are keyframes
+        "for the whole stream": kilobytes["with_canonical"],
+    }
+    texts = [f"{mean:.2f} {name}" for name, mean in means.items() if mean]
+    fields["KB per frame"] = f"{', '.join(texts)}; a KB is 1024 bytes"
     fields["world"] = (
         f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
         f"{header.meters_per_unit or 'unknown'} meters per unit"
