@@ -73,7 +73,7 @@ def test_the_table_says_which_kind_of_edit_it_was(stream_file, tmp_path):
         (["--transform", "1,0,0,0,0,1,0,0,0,0,-1,0"], "rotation"),
         (["--recolor", "gain=0"], "above 0"),
         (["--recolor", "hue=1"], "NAME is one of gain"),
-        (["--recolor", "red=nan"], "1 numbers"),
+        (["--recolor", "red=nan"], "1 number, not"),
         (["--recolor", "red=0.1", "--recolor", "red=0.2"], "red is given twice"),
     ],
 )

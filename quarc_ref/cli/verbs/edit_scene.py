@@ -151,7 +151,8 @@ def _parse_numbers(option: str, text: str, counts: Sequence[int]) -> tuple[float
     except ValueError:
         numbers = ()
     if len(numbers) not in counts or not all(abs(number) < float("inf") for number in numbers):
-        message = f"{option} takes {' or '.join(map(str, counts))} numbers, not {text!r}"
+        noun = "number" if counts == (1,) else "numbers"
+        message = f"{option} takes {' or '.join(map(str, counts))} {noun}, not {text!r}"
         raise UsageError(message)
     return numbers
 

@@ -48,7 +48,9 @@ def import_frames(
             "--bound",
             metavar="NAME=VALUE",
             help="Maximum error of an attribute: position (world units), rotation (radians), "
-            "log_scale, opacity (logit), sh_dc or sh_rest. most_slack is the largest factor by "
+            "log_scale, opacity (logit), sh_dc or sh_rest. position_share gives the bound of "
+            "positions, unless position is given, as a fraction of the median scale of the "
+            "Gaussians in the first frame. most_slack is the largest factor by "
             "which the bounds of position and rotation may grow where errors are less visible. "
             "May be repeated.",
         ),
