@@ -45,8 +45,11 @@ class Lpips:
         try:
             data = path.read_bytes()
             weights = torch.load(path, map_location="cpu", weights_only=True)
-        except Exception as error:  # torch raises various errors for files in other formats
-            message = f"{path} is not a readable file of LPIPS weights: {error}"
+        except OSError as error:
+            message = f"{path} cannot be read: {error.strerror or error}"
+            raise WeightsError(message) from error
+        except Exception as error:  # torch raises various errors, whose messages do not help
+            message = f"{path} is not a file that torch.save has written"
             raise WeightsError(message) from error
         missing_names = [name for name in _list_weight_names() if name not in weights]
         if missing_names:

@@ -145,7 +145,7 @@ def test_an_interrupted_run_resumes(folder, output_copy, completed_names):
 @pytest.mark.parametrize(
     ("extra_options", "message"),
     [
-        (("--lpips", "none.pth"), "none.pth is not a readable file of LPIPS weights"),
+        (("--lpips", "none.pth"), "none.pth cannot be read: No such file"),
         (("--only", "steps"), "unknown experiments: steps; choose from full"),
         (("--set", "motion.speed=1"), "no setting 'motion.speed'"),
         (("--held-out", "cam77"), "cannot hold out camera cam77"),

@@ -198,7 +198,7 @@ def test_a_real_capture_has_four_held_out_sets(study_folder, tmp_path):
         (["--variants", ""], "no capture is given"),
         (["--variants", CAPTURE_NAME, "--set", "motion.speed=1"], "no setting 'motion.speed'"),
         (["--variants", CAPTURE_NAME, "--workers", "0"], "workers and threads must be at least 1"),
-        (["--lpips", "none.pth"], "none.pth is not a readable file of LPIPS weights"),
+        (["--lpips", "none.pth"], "none.pth cannot be read: No such file"),
         (["--real", "nowhere"], "nowhere"),
         (["--against", "nowhere"], "quality.json does not exist: run the study first"),
     ],

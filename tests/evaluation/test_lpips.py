@@ -65,9 +65,9 @@ def test_files_that_are_not_weights_are_rejected_by_name(weights, tmp_path):
     (tmp_path / "text.pth").write_text("no weights")
     torch.save({name: weights[name] for name in list(weights)[:-1]}, tmp_path / "part.pth")
 
-    with pytest.raises(WeightsError, match=r"none\.pth is not a readable file"):
+    with pytest.raises(WeightsError, match=r"none\.pth cannot be read"):
         Lpips(tmp_path / "none.pth")
-    with pytest.raises(WeightsError, match=r"text\.pth is not a readable file"):
+    with pytest.raises(WeightsError, match=r"text\.pth is not a file that torch"):
         Lpips(tmp_path / "text.pth")
     with pytest.raises(WeightsError, match=r"part\.pth has no lin4\.model\.1\.weight"):
         Lpips(tmp_path / "part.pth")
