@@ -51,10 +51,15 @@ def check_stream_file(name: str) -> str:
     Raises:
         BadParameter: The name is a URL or `-`, or the path does not exist or is a folder.
     """
-    if not is_path_name(name):
-        _reject(name, "is not a file; this command accepts only files, not URLs or standard input")
+    require_path_name(name)
     _get_mode_unless_folder(name)
     return name
+
+
+def require_path_name(name: str) -> None:
+    """Raise BadParameter if a name is a URL or `-`."""
+    if not is_path_name(name):
+        _reject(name, "is not a file; this command accepts only files, not URLs or standard input")
 
 
 def check_folder(path: Path) -> Path:

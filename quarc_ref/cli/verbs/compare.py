@@ -18,6 +18,7 @@ from quarc_ref.cli.options import (
     check_folder,
     check_path_exists,
     parse_frames,
+    require_path_name,
 )
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_message
 from quarc_ref.cli.perceptual import load_lpips
@@ -35,6 +36,8 @@ _MAX_DIGITS = 20  # sizes in bytes have fewer digits
 
 def _check_entries(texts: list[str]) -> list[str]:
     for text in texts:
+        require_path_name(text)
+        require_path_name(text.partition("=")[2])
         check_path_exists(str(_parse_entry(text)[1]))
     return texts
 
