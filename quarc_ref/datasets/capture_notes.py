@@ -119,8 +119,7 @@ def read_capture_notes(folder: Path) -> CaptureNotes:
             data = file.read(_MAX_BYTES + 1)
         return _parse_notes(data)
     except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(path, error) from error
     except (OverflowError, RecursionError, TypeError, ValueError) as error:
         message = f"{path}: {error}"
         raise UnreadableNotesError(message) from error

@@ -24,6 +24,8 @@
 All of these errors report problems with the input: catch `CaptureError` and show its message.
 """
 
+from typing import Self
+
 
 class CaptureError(Exception):
     """A capture cannot be used until the user fixes it."""
@@ -34,7 +36,12 @@ class UnknownLayoutError(CaptureError):
 
 
 class MissingFileError(CaptureError):
-    """A file that the layout needs is missing."""
+    """A file that the layout needs is missing, or cannot be read."""
+
+    @classmethod
+    def of(cls, path: object, error: OSError) -> Self:
+        """Return the error for a path that could not be read, which is named only once."""
+        return cls(f"{path} cannot be read: {error.strerror or error}")
 
 
 class OutsideFileError(CaptureError):

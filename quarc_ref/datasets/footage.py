@@ -104,8 +104,7 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
         for _, path in _sort_by_name(folder, files.sampled_files):
             digest.update(_read_ends(path))
     except OSError as error:
-        message = f"{error.filename} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(error.filename, error) from error
     return digest.hexdigest()
 
 

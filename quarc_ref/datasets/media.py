@@ -140,8 +140,7 @@ def _read_still(path: Path) -> bytes:
     try:
         return path.read_bytes()
     except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(path, error) from error
 
 
 def _require_usable_still(path: Path, data: bytes, size: tuple[int, int] | None) -> StillHeader:

@@ -35,8 +35,7 @@ def read_points_ply(path: Path) -> Points:
     try:
         data = path.read_bytes()
     except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(path, error) from error
     try:
         return _parse_points(data)
     except ValueError as error:

@@ -58,8 +58,7 @@ def _read_matrices(path: Path) -> Matrices:
     try:
         return parse_yaml(path.read_bytes())
     except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(path, error) from error
     except ValueError as error:
         message = f"{path} is not an EasyMocap calibration: {error}"
         raise UnreadablePoseError(message) from error

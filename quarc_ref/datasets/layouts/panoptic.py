@@ -76,8 +76,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
                 name = str(entry["name"])
                 cameras[entry["type"]][name] = _make_camera(name, entry)
     except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(path, error) from error
     except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
         message = f"{path} is not a Panoptic Studio calibration: {error!r}"
         raise UnreadablePoseError(message) from error

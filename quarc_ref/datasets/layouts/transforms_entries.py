@@ -82,8 +82,7 @@ def read_transforms(path: Path) -> Transforms:
     try:
         return _parse_document(json.loads(path.read_bytes()))
     except OSError as error:
-        message = f"{path} cannot be read: {error}"
-        raise MissingFileError(message) from error
+        raise MissingFileError.of(path, error) from error
     except (OverflowError, RecursionError, TypeError, ValueError) as error:
         message = f"{path} is not a valid transforms.json of nerfstudio: {error}"
         raise UnreadablePoseError(message) from error
