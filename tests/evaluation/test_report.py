@@ -9,6 +9,8 @@ import pytest
 
 from quarc_ref.evaluation.report import DIFFERENCE_GAIN, write_report
 from quarc_ref.files import MARKER_NAME, written_folder
+from quarc_ref.inspection.inspect_stream import inspect_stream
+from tests.small_streams import make_stream
 
 _PNG = "data:image/png;base64,"
 
@@ -123,6 +125,15 @@ def test_the_figures_are_those_of_the_evaluation(page, evaluation):
         assert f"{kind} {summary.coded_bytes()[kind]:,} {estimate:,}" in text
     assert "ssim_inria" in text
     assert "motion.lr=0.1" in text
+
+
+def test_a_stream_of_keyframes_has_no_mean_of_other_frames(evaluation, tmp_path):
+    stream, _ = make_stream(canonical_every=1)
+    of_keyframes = replace(evaluation, summary=inspect_stream(stream))
+
+    page = _Page(_write_page(of_keyframes, tmp_path / "report").read_text("utf-8"))
+
+    assert "KB per frame, without keyframes no such frame" in page.text()
 
 
 def test_text_from_a_stream_is_escaped(page):
