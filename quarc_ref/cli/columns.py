@@ -32,13 +32,13 @@ COMPARE_COLUMNS = {
     "BD-PSNR": "difference in PSNR from the first method at equal bytes.",
 }
 INFO_ROWS = {
-    "anchors": "control points whose motion is coded; they are resampled at a regular interval.",
+    "anchors": "points whose motion is coded; they are resampled at a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: moving anchors, changed and new Gaussians.",
-    "zero-order estimate": "the paper's estimate of these bytes: zero-order entropy of symbols.",
+    "zero-order estimate": "the paper's estimate of the size of the same symbols (entropy).",
     "overhead": "headers, cameras, metadata and checksums.",
-    "KB per frame": "mean size of the frames that are not keyframes; size of the whole stream "
-    "divided by the number of frames.",
+    "KB per frame": "mean size of the frames that are not keyframes; then the size of the whole "
+    "stream divided by the number of frames.",
 }
 
 

@@ -10,7 +10,7 @@ from quarc_ref.cli.encoder_options import print_settings
 from quarc_ref.cli.errors import UsageError, report_errors
 
 _PRESET_HELP = (
-    "main: best quality for its size; demo: several times faster, for a first look; "
+    "main: best quality for its size; demo: faster, for a preview, at more KB per frame; "
     "paper: training schedule and quantization steps of the QuARC-GS paper."
 )
 

@@ -35,8 +35,8 @@ def cut(
         typer.Option(
             "--frames",
             metavar="A:B",
-            help="Frames A to B - 1; A or B may be omitted. A must be the first frame or a "
-            "keyframe. A without a colon selects one frame.",
+            help="Frames A to B - 1; A or B may be omitted. A must be a keyframe. A without a "
+            "colon selects one frame.",
         ),
     ],
     output: _Target,

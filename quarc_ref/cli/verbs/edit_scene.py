@@ -73,7 +73,7 @@ def edit(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Crop, erase, rotate or recolor all frames of a stream in the same way.
+    """Crop, drop, transform or recolor the Gaussians of all frames.
 
     No pictures are needed. An edit that only changes colors does not fit frames again; color
     offsets are rounded to whole codes. Any other edit changes the anchors. All frames are then
