@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 _QUALITY_COLUMNS = {
     "PSNR": "in dB against the camera's picture, mean over frames; higher is better, at most 100.",
-    "cc": "PSNR after color correction, which fits the rendered colors to the truth.",
+    "cc": "the metric to its left after color correction: colors are fitted to the truth.",
     "SSIM": "structural similarity, up to 1; higher is better.",
     "moving, static": "PSNR of foreground pixels, where the truth differs from the "
     "background, and PSNR of all other pixels.",
@@ -20,7 +20,7 @@ COMPARE_COLUMNS = {
     "entry, kind": "METHOD@POINT; what the entry is: stream, PLY per frame, renders, 4dgs.",
     "runs": "number of entries with this METHOD@POINT; if above 1, figures are mean ± deviation.",
     "PSNR, SSIM, LPIPS": "against the truth, mean over frames and cameras; PSNR is at most 100 dB.",
-    "cc PSNR": _QUALITY_COLUMNS["cc"],
+    "cc PSNR": "PSNR after color correction, which fits the rendered colors to the truth.",
     "moving, static": _QUALITY_COLUMNS["moving, static"],
     "flicker": _QUALITY_COLUMNS["flicker"],
     "bytes, KB / frame": "size of all frames of the entry; a KB is 1024 bytes.",
