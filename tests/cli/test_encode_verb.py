@@ -231,7 +231,7 @@ def test_the_settings_are_listed_without_a_capture():
         "Learning rate of motion residuals at anchor level 1 (the finest), in world units "
         "(paper: 5e-4)."
     )
-    assert lr_rows == [["motion.lr", "0.001", "0.001", "0.0005", "a number at least 0", message]]
+    assert lr_rows == [["motion.lr", "0.001", "0.001", "0.0005", "a number of at least 0", message]]
 
 
 def test_a_missing_device_is_a_usage_error(capture, tmp_path):

@@ -25,7 +25,7 @@ class Bounds(NamedTuple):
     def __str__(self) -> str:
         if self.maximum not in (_INT_LIMIT, _FLOAT_LIMIT):
             return f"from {self.minimum} to {self.maximum}"
-        return "above 0" if self.minimum == sys.float_info.min else f"at least {self.minimum}"
+        return "above 0" if self.minimum == sys.float_info.min else f"of at least {self.minimum}"
 
 
 NonNegativeInt = Annotated[int, Bounds(0, _INT_LIMIT)]

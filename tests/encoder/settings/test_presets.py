@@ -127,8 +127,8 @@ def test_a_step_that_another_setting_replaces_is_rejected(name):
 @pytest.mark.parametrize(
     ("path", "text", "takes"),
     [
-        ("canonical.iterations", "1.5", "an integer at least 1"),
-        ("motion.lr", "abc", "a number at least 0"),
+        ("canonical.iterations", "1.5", "an integer of at least 1"),
+        ("motion.lr", "abc", "a number of at least 0"),
         ("motion.lambda_dssim", "", "a number from 0 to 1"),
         ("rd_lambda", "much", "a number above 0"),
         ("stream.level_count", "1.5", "an integer"),

@@ -35,9 +35,9 @@ def test_numbers_within_the_bounds_of_their_types_pass_and_no_others(steps, shar
     ("changes", "message"),
     [
         ({"weight": 0.0}, "weight takes a number above 0, not 0.0"),
-        ({"amount": float("inf")}, "amount takes a number at least 0, not inf"),
+        ({"amount": float("inf")}, "amount takes a number of at least 0, not inf"),
         ({"share": 2.0}, "share takes a number from 0 to 1, not 2.0"),
-        ({"steps": -1}, "steps takes an integer at least 0, not -1"),
+        ({"steps": -1}, "steps takes an integer of at least 0, not -1"),
     ],
 )
 def test_the_range_of_a_number_is_described_in_words(changes, message):
