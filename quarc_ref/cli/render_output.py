@@ -39,11 +39,17 @@ def choose_output_kind(output: Path, to: OutputKind | None, *, depth: bool) -> O
     video_container = _VIDEO_SUFFIXES.get(suffix)
     if video_container and not depth:
         return video_container
-    if suffix not in ("", _PICTURE_SUFFIX) or (depth and suffix):
+    if depth and suffix:
+        message = (
+            f"{output} must be a folder for --depth, but its name has the suffix of a file: choose "
+            f"a name without {suffix}"
+        )
+        raise UsageError(message)
+    if suffix not in ("", _PICTURE_SUFFIX):
         message = (
             f"the output type is not clear from the name {output}: use the suffix .mp4 or "
             ".webm for a video, .png for one frame, or no suffix for a folder of files; or "
-            "choose the type with --to. With --depth, the output must be a folder"
+            "choose the type with --to"
         )
         raise UsageError(message)
     return "png"

@@ -113,3 +113,11 @@ def test_invalid_options_of_paths_and_depth_are_explained(options, message, stre
     assert result.exit_code == 2
     assert message in result.stderr
     assert list_names(tmp_path) == []
+
+
+def test_depth_in_a_file_is_explained(stream, tmp_path):
+    result = run("render", stream, "-o", tmp_path / "o.mp4", "--depth")
+
+    assert result.exit_code == 2
+    assert "must be a folder for --depth" in result.stderr
+    assert "use the suffix .mp4" not in result.stderr

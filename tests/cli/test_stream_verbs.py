@@ -1,5 +1,6 @@
 import io
 import re
+from pathlib import Path
 
 import pytest
 
@@ -46,6 +47,12 @@ def test_info_names_the_version_that_has_the_features_of_the_stream(tmp_path, fe
 
     assert run_json("info", path)["format_version"] == "1.1"
     assert re.search(r"format +1\.1, conformance level 1\.0 ", run("info", path).stdout)
+
+
+def test_info_states_that_a_stream_has_no_cameras():
+    vectors = Path(__file__).parents[2] / "conformance" / "streams"
+
+    assert re.search(r"cameras +none", run("info", vectors / "no-frames.quarc").stdout)
 
 
 def test_a_mean_over_no_frames_is_not_printed(tmp_path):

@@ -178,9 +178,8 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
         f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
         f"{header.meters_per_unit or 'unknown'} meters per unit"
     )
-    fields["cameras"] = ", ".join(
-        camera.name + (" (held out)" if camera.held_out else "") for camera in summary.cameras
-    )
+    names = [f"{it.name} (held out)" if it.held_out else it.name for it in summary.cameras]
+    fields["cameras"] = ", ".join(names) or "none"
     other_keys = summary.metadata.keys() - fields.keys() - {"settings"}
     return fields | {key: text for key, text in summary.metadata.items() if key in other_keys}
 
