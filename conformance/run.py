@@ -3,8 +3,8 @@
     python conformance/run.py --decoder "python -m quarc_ref.conformance"
     python conformance/run.py --decoder "./mydecoder" --only invalid/ --json report.json
 
-The runner needs only Python 3.11. README.md is the introduction; RUNNER.md describes how the runner
-calls decoders and encoders.
+The runner needs only Python 3.11 or later. README.md is the introduction; RUNNER.md describes how
+the runner calls decoders and encoders.
 """
 
 import argparse
@@ -23,6 +23,7 @@ from runner.manifest import Suite, SuiteError
 from runner.process import StartError
 from runner.report import Report, Result, select_cases, write_reports
 
+_FOLDER = Path(__file__).resolve().parent
 _EXIT_FAILED, _EXIT_NOT_RUN = 1, 2
 
 
@@ -59,7 +60,7 @@ def parse_arguments() -> argparse.Namespace:
         metavar="DIR",
         help="write all streams of the suite as files to this folder",
     )
-    parser.add_argument("--suite", type=Path, default=Path(__file__).resolve().parent)
+    parser.add_argument("--suite", type=Path, default=_FOLDER, help="folder of the suite")
     parser.add_argument(
         "--only",
         action="append",
@@ -67,10 +68,10 @@ def parse_arguments() -> argparse.Namespace:
         help="run only the cases whose names begin with this prefix; may be repeated",
     )
     parser.add_argument(
-        "--timeout", type=parse_limit, default=10.0, help="time limit of a case in seconds"
+        "--timeout", type=parse_limit, default=10.0, help="time limit of a case, in s (default: 10)"
     )
     parser.add_argument(
-        "--memory", type=parse_limit, default=512.0, help="memory limit of a case in MiB"
+        "--memory", type=parse_limit, default=512.0, help="memory limit, in MiB (default: 512)"
     )
     parser.add_argument(
         "--alone",
