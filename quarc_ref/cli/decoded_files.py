@@ -149,5 +149,5 @@ def _report_gap(gap: "Gap") -> None:
     """Print the position and the size of a gap to standard error."""
     size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
     lost_frames = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
-    line = f"gap at byte {gap.offset}, {size}, frames lost: {lost_frames}: {gap.message}"
+    line = f"gap at byte {gap.offset}, {size}, frames lost: {lost_frames}; {gap.message}"
     print_message(line)

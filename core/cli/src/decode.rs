@@ -104,7 +104,7 @@ fn recover(stream: Seekable, wanted: &Wanted, written: &mut Written) -> Result<(
 fn tell(gap: &Gap) {
     let Gap { offset, bytes, message, .. } = gap;
     let lost = gap.frames_lost.map_or_else(|| "unknown".to_owned(), |lost| lost.to_string());
-    let line = format!("gap at byte {offset}, {bytes} bytes, frames lost: {lost}: {message}");
+    let line = format!("gap at byte {offset}, {bytes} bytes, frames lost: {lost}; {message}");
     let _ = writeln!(io::stderr(), "quarc: {line}");
 }
 

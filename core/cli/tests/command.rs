@@ -150,7 +150,7 @@ fn recovery_writes_intact_frames_and_reports_gaps() {
     let output = quarc(&arguments);
     assert_eq!(output.status.code(), Some(1));
     let said = String::from_utf8_lossy(&output.stderr);
-    assert!(said.contains("frames lost: unknown: truncated"), "{said}");
+    assert!(said.contains("frames lost: unknown; truncated"), "{said}");
     assert!(names(&frames).len() >= 7);
 }
 

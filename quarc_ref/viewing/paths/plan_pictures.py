@@ -20,12 +20,12 @@ def plan_pictures(
 
     Args:
         outline: Outline of the stream.
-        path_name: `orbit`, `spiral`, `interpolate`, or the path of a keyframe file.
+        path_name: `orbit`, `spiral`, `interpolate`, or the path of a JSON file.
         reference_camera: Camera that determines the picture size, the field of view and the first
             pose of the path.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
         picture_count: Number of pictures, over which the frames are distributed evenly; None for
-            one picture per frame. It must be None if the path is a keyframe file, because the file
+            one picture per frame. It must be None if the path is a JSON file, because the file
             defines the times of the pictures.
 
     Raises:
@@ -45,7 +45,7 @@ def plan_pictures(
     else:
         if picture_count is not None:
             message = (
-                "a keyframe file defines the times of its pictures, so the number of pictures "
+                "a path file defines the times of its pictures, so the number of pictures "
                 "cannot be chosen"
             )
             raise PathError(message)
