@@ -2,8 +2,8 @@
 
 With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian. Removing a
 Gaussian of opacity o therefore changes a pixel by o times the derivative of the pixel with
-respect to o. The contribution of a Gaussian is the sum, over all pixels of all training views, of
-the squared change that its removal causes. Hutchinson's estimator gives all contributions at once:
+respect to o. The contribution of a Gaussian is the sum, over all pixels of a picture, of the
+squared change that its removal causes. Hutchinson's estimator gives all contributions at once:
 the pixels are summed with random signs, and each contribution is the expected value of a squared
 derivative of the sum.
 
@@ -71,12 +71,13 @@ def measure_contributions(
         generator: Random generator of the pixel signs.
 
     Returns:
-        `[N]` unbiased estimates of the squared change of the pictures if a Gaussian is removed,
-        and `[N]` squared errors of the pictures, weighted by the share that a Gaussian has in
-        each pixel. Both are summed over the pixels of all views, and averaged over color channels.
+        `[N]` unbiased estimates of the squared change of a picture if a Gaussian is removed, and
+        `[N]` squared errors of a picture, weighted by the share that a Gaussian has in each
+        pixel. Both results are summed over pixels, then averaged over color channels and over
+        the views that see the Gaussian.
     """
     gaussians = attributes.activated()
-    contributions, errors = (torch.zeros_like(gaussians.opacities) for _ in range(2))
+    contributions, errors, view_counts = (torch.zeros_like(gaussians.opacities) for _ in range(3))
     for view in range(len(context.views.cameras)):
         opacity_factors = torch.ones_like(contributions).requires_grad_()
         color_offsets = torch.zeros_like(contributions).requires_grad_()
@@ -84,6 +85,7 @@ def measure_contributions(
             _add_color_offsets(_scale_opacities(gaussians, opacity_factors), color_offsets), view
         )
         image = context.apply_mask(rendering.image, view, 0)
+        view_counts += rendering.radii > 0
         for _ in range(_PROBE_COUNT):
             (derivative,) = torch.autograd.grad(
                 sum_with_signs(image, generator), opacity_factors, retain_graph=True
@@ -93,7 +95,7 @@ def measure_contributions(
             sum_weighted_by_error(image, context.truth(view, 0)), color_offsets
         )
         errors += weighted_error
-    return contributions, errors
+    return contributions / view_counts.clamp(min=1), errors / view_counts.clamp(min=1)
 
 
 def _scale_opacities(gaussians: Gaussians, factors: Tensor) -> Gaussians:

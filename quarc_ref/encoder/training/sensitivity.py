@@ -1,6 +1,6 @@
 """Measures how much the pictures of frame 0 depend on the attributes of each Gaussian.
 
-For small changes of one Gaussian, the squared change of the pictures is a quadratic form of the
+For small changes of one Gaussian, the squared change of a picture is a quadratic form of the
 changes. Hutchinson's estimator gives the forms of all Gaussians at once, as in `pruning`: the
 matrix of a form is the expected outer product of the derivatives of a sum of all pixels with random
 signs.
@@ -22,9 +22,10 @@ _PROBE_COUNT = 4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sensitivities:
-    """Squared changes of the pictures as quadratic forms, one per Gaussian.
+    """Squared changes of a picture as quadratic forms, one per Gaussian.
 
-    A squared change is summed over the pixels of all views, and averaged over color channels.
+    A squared change is summed over pixels, then averaged over color channels and over the views
+    that see the Gaussian.
 
     Attributes:
         rotations: `[N, 3, 3]` form of x, y and z, if a Gaussian is rotated by the quaternion
@@ -49,8 +50,7 @@ def measure_sensitivities(
         generator: Random generator of the pixel signs.
     """
     rotation_forms, color_forms = (np.zeros((len(attributes.means), 3, 3)) for _ in range(2))
-    errors = torch.zeros_like(attributes.opacities)
-    is_visible = torch.zeros_like(errors, dtype=torch.bool)
+    errors, view_counts = (torch.zeros_like(attributes.opacities) for _ in range(2))
     unit_quaternions = to_columns(attributes.rotations)
     for view in range(context.view_count):
         rotations, sh_dc = (
@@ -59,7 +59,7 @@ def measure_sensitivities(
         rendered = replace(attributes, rotations=rotations, sh_dc=sh_dc).activated()
         rendering = context.render(rendered, view)
         image = context.apply_mask(rendering.image, view, 0)
-        is_visible |= rendering.radii > 0
+        view_counts += rendering.radii > 0
         for _ in range(_PROBE_COUNT):
             by_rotation, by_color = torch.autograd.grad(
                 sum_with_signs(image, generator), [rotations, sh_dc], retain_graph=True
@@ -72,8 +72,10 @@ def measure_sensitivities(
             sum_weighted_by_error(image, context.truth(view, 0)), sh_dc
         )
         errors += error_by_color.sum(dim=(1, 2)) / SH_C0
-    scale = 1 / (_PROBE_COUNT * CHANNEL_COUNT)
-    median_error = float(errors[is_visible].median()) if bool(is_visible.any()) else 0.0
+    views = view_counts.clamp(min=1)
+    scale = 1 / (_PROBE_COUNT * CHANNEL_COUNT * views.double().cpu().numpy()[:, None, None])
+    visible_errors = (errors / views)[view_counts > 0]
+    median_error = float(visible_errors.median()) if len(visible_errors) else 0.0
     return Sensitivities(rotation_forms * scale, color_forms * scale, median_error)
 
 

@@ -246,17 +246,18 @@ def _render(context, attributes):
 
 
 def _change_of_pictures(context, attributes, changed, index):
-    """Return the squared change of all pictures if one Gaussian is changed."""
+    """Return the squared change of a picture if one Gaussian is replaced by its changed version."""
     is_changed = torch.arange(len(attributes.means)) == index
     pairs = zip(attributes.tensors(), changed.tensors(), strict=True)
     mixed = Attributes(
         *(torch.where(is_changed.view(-1, *[1] * (a.ndim - 1)), b, a) for a, b in pairs)
     )
     before, after = _render(context, attributes), _render(context, mixed)
-    return sum(
+    squares = [
         float((a.image - b.image).square().mean(dim=2).sum())
         for a, b in zip(before, after, strict=True)
-    )
+    ]
+    return sum(squares) / sum(bool(rendering.radii[index] > 0) for rendering in before)
 
 
 def _distance(context, first, second):
