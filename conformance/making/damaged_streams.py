@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from making.fault_rows import (
     RECOVERY_CLAUSES,
+    TAIL_CHUNK_INDEX,
     count_frames,
     make_damaged_vector,
     make_recovery,
@@ -31,6 +32,7 @@ def make_damaged_vectors(parent: ValidStream) -> list[Vector]:
         *make_loss_vectors(parent),
         *make_order_vectors(parent),
         *_make_junk_vectors(parent),
+        _make_junk_end_vector(parent),
         *make_recovery_vectors(parent),
     ]
 
@@ -223,3 +225,22 @@ def _make_junk_vectors(parent: ValidStream) -> list[Vector]:
             )
         )
     return vectors
+
+
+def _make_junk_end_vector(parent: ValidStream) -> Vector:
+    """Return a stream that ends with junk that is shorter than a chunk header (SPEC 11.4)."""
+    start = parent.layout.offsets[TAIL_CHUNK_INDEX]
+    data = parent.layout.data[:start] + bytes(range(1, 8))
+    gaps = (
+        Gap(start, len(data) - start, ("bad-sync",), None),
+        Gap(len(data), 0, ("truncated",), None),
+    )
+    return make_damaged_vector(
+        parent,
+        "damaged/junk-end",
+        f"5.1-4 {RECOVERY_CLAUSES}",
+        data,
+        Outcome(parent.frames, ("bad-sync", "truncated")),
+        Recovery(parent.frames, gaps),
+        "TAIL is replaced by junk that is shorter than a chunk header",
+    )

@@ -23,6 +23,13 @@ MUTANTS = (
         "if False:",
     ),
     make_mutant(
+        "bytes at the end that are not a sync word are reported as truncated",
+        _CONTAINER_FILE,
+        "if not data.startswith(SYNC[: len(data)]):",
+        "if len(data) >= CHUNK_HEADER_BYTES and not data.startswith(SYNC):",
+        only_category="damaged",
+    ),
+    make_mutant(
         "sequence numbers are not checked",
         _READER_FILE,
         "if header.sequence != self.sequence:",

@@ -102,8 +102,9 @@ export class ChunkReader {
 
   /** Read the next chunk header, and check it. */
   readHeader(): ChunkHeader {
-    const bytes = this.#readExactly(CHUNK_HEADER_BYTES);
+    const bytes = this.#source.read(CHUNK_HEADER_BYTES);
     demand(isPrefix(SYNC_WORD, bytes.subarray(0, 4)), "bad-sync", "a chunk does not begin with the sync word");
+    demandWhole(bytes, CHUNK_HEADER_BYTES);
     demand(isHeaderCrcCorrect(bytes), "header-crc", "a chunk header does not match its CRC");
     const header = parseChunkHeader(bytes);
     const expectedSequence = this.#place.sequence;
@@ -165,9 +166,13 @@ export class ChunkReader {
 
   #readExactly(length: number): Uint8Array {
     const bytes = this.#source.read(length);
-    demand(bytes.length === length, "truncated", "the stream ends before the end of TAIL");
+    demandWhole(bytes, length);
     return bytes;
   }
+}
+
+function demandWhole(bytes: Uint8Array, length: number): void {
+  demand(bytes.length === length, "truncated", "the stream ends before the end of TAIL");
 }
 
 /** Whether `bytes` is a prefix of `expected`. */

@@ -144,6 +144,24 @@ test("truncation is a gap up to the end, of 0 bytes between chunks", () => {
   ]);
 });
 
+test("bytes at the end that are shorter than a header are compared with the sync word", () => {
+  const cutStream = STREAM_C.slice(0, TAIL_OFFSET);
+  const truncated: RecoveredItem = [TAIL_OFFSET + 3, 0, "truncated", null];
+  const junk = Uint8Array.of(1, 2, 3);
+
+  assert.deepEqual(listRecoveredParts(STREAM_C.slice(0, TAIL_OFFSET + 3)).slice(7), [
+    [TAIL_OFFSET, 3, "truncated", null],
+  ]);
+  assert.deepEqual(listRecoveredParts(Buffer.concat([cutStream, junk])).slice(7), [
+    [TAIL_OFFSET, 3, "bad-sync", null],
+    truncated,
+  ]);
+  assert.deepEqual(listRecoveredParts(STREAM_C.slice(0, HEAD_OFFSET + 3)), [[-1, 0, "truncated", null]]);
+  assert.deepEqual(listRecoveredParts(Buffer.concat([STREAM_C.subarray(0, HEAD_OFFSET), junk])), [
+    [-1, 0, "bad-sync", null],
+  ]);
+});
+
 test("a damaged HEAD and unknown critical chunks are rejected", () => {
   assert.deepEqual(listRecoveredParts(changeByte(STREAM_C, HEAD_OFFSET + 20)), [[-1, 0, "payload-crc", null]]);
   assert.deepEqual(listRecoveredParts(changeType(STREAM_C, SECOND_OFFSET, "SNAP")), [
