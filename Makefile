@@ -40,7 +40,7 @@ locked: $(READY) ## Compare the installed versions with requirements/.
 	$(BIN)/python requirements/compare.py requirements
 	$(BIN)/python -m pip check --disable-pip-version-check
 
-demo: $(READY) $(CORE) ## Trace a scene, encode, decode and evaluate it: demo/report/index.html.
+demo: $(READY) $(CORE) ## Trace a scene, encode, play (demo/demo.html) and measure it (demo/report/index.html).
 	$(BIN)/quarc-ref demo -o demo --force
 
 # Files in the order of their folders, except two (tests/conftest.py): by default, xdist starts the

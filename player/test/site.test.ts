@@ -5,6 +5,7 @@ import { appendFileSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
+import { pathToFileURL } from "node:url";
 import { browserTest, launch, PlayerPage, type PlayerElement } from "./browser.js";
 import { runPython, referenceSkipReason, startPython } from "./reference.js";
 import { readRoom } from "./server.js";
@@ -110,6 +111,17 @@ for (const [name, viewport] of Object.entries(VIEWPORTS)) {
     );
   });
 }
+
+browserTest("a single page plays from disk", async (context) => {
+  if (referenceSkipReason) return context.skip(referenceSkipReason);
+  const path = join(temporaryFolder, "room.html");
+  runPython(["-m", "quarc_ref", "publish", ROOM_PATH, "-o", path, "--autoplay"]);
+  await withPage(pathToFileURL(path).href, async ({ run, waitUntil }) => {
+    await waitUntil((player) => (player.frame ?? 0) >= 3 && player.isPlaying && player.info?.frameCount === 24);
+    await run((player) => player.seek(0.1));
+    await waitUntil((player) => (player.frame ?? 0) >= 3);
+  });
+});
 
 browserTest("the address of the page sets camera, frame, speed and up, and stops playback", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);

@@ -1,9 +1,10 @@
-"""Builds the HTML page of a stream; the page loads the player.
+"""Builds the HTML page of a stream, with the player beside it or inside it.
 
 This package contains the player that player/keep.mjs builds, so `view` and `publish` do not
 need Node.
 """
 
+import base64
 import html
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -38,17 +39,52 @@ class PageOptions:
 
 
 def build_page(options: PageOptions, *, has_poster: bool = False, url: str | None = None) -> bytes:
-    """Build the HTML of a page that loads stream, player and poster from the same folder.
+    """Build the HTML of a page that loads stream, player and poster from its own folder.
 
     Args:
         options: Options of the page.
         has_poster: Whether the folder has a poster.
         url: URL of the page; None if unknown.
     """
+    poster = POSTER_FILE if has_poster else None
+    # Link previews need absolute URLs.
+    preview = urljoin(url, POSTER_FILE) if has_poster and url is not None else None
+    return _build_page(options, _PageUrls(PLAYER_FILE, STREAM_FILE, poster, preview))
+
+
+def build_single_page(options: PageOptions, stream: bytes, poster: bytes | None) -> bytes:
+    """Build the HTML of a page that contains player, stream and poster as data URLs.
+
+    Browsers also open this page from a local file.
+
+    Args:
+        options: Options of the page.
+        stream: The stream.
+        poster: The poster as JPEG; None if there is none.
+    """
+    urls = _PageUrls(
+        _make_data_url("text/javascript", read_player()),
+        _make_data_url("application/octet-stream", stream),
+        _make_data_url("image/jpeg", poster) if poster else None,
+    )
+    return _build_page(options, urls)
+
+
+@dataclass(frozen=True, slots=True)
+class _PageUrls:
+    """URLs of what a page loads; those of poster and link preview are None if there is none."""
+
+    player: str
+    stream: str
+    poster: str | None
+    preview: str | None = None
+
+
+def _build_page(options: PageOptions, urls: _PageUrls) -> bytes:
     template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
     player_attributes = {
-        "src": STREAM_FILE,
-        "poster": POSTER_FILE if has_poster else None,
+        "src": urls.stream,
+        "poster": urls.poster,
         "camera": options.camera,
         "up": options.up,
         "autoplay": options.autoplay,
@@ -56,13 +92,14 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
         "live": options.live,
     }
     preview_metadata = {"og:type": "website", "og:title": options.title}
-    if has_poster and url is not None:  # link previews need absolute URLs
-        preview_metadata["og:image"] = urljoin(url, POSTER_FILE)
+    if urls.preview is not None:
+        preview_metadata["og:image"] = urls.preview
     page = Template(template).substitute(
         title=html.escape(options.title),
+        player=urls.player,
         preview="".join(_build_meta(name, value) for name, value in preview_metadata.items()),
         attributes=_build_attributes(player_attributes),
-        poster=f'<img src="{POSTER_FILE}" alt="">' if has_poster else "",
+        poster=f'<img src="{urls.poster}" alt="">' if urls.poster else "",
     )
     return page.encode()
 
@@ -90,6 +127,10 @@ def build_iframe(title: str, url: str, width: int, height: int) -> str:
 def read_player() -> bytes:
     """Return the JavaScript module of the player."""
     return resources.files(__package__).joinpath("player", PLAYER_FILE).read_bytes()
+
+
+def _make_data_url(media_type: str, data: bytes) -> str:
+    return f"data:{media_type};base64,{base64.b64encode(data).decode()}"
 
 
 def _build_meta(name: str, value: str) -> str:

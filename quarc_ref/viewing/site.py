@@ -1,10 +1,12 @@
-"""Writes a folder that any web server can serve: a page, the player, a stream and a poster."""
+"""Writes a page with player, stream and poster: a folder for any web server, or one HTML file."""
 
+import io
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING, BinaryIO
 
 from quarc_ref.files import OutputFolder
-from quarc_ref.streams import FileSource, Source
+from quarc_ref.streams import BytesSource, FileSource, Source
 from quarc_ref.streams.copy_stream import copy_stream
 from quarc_ref.viewing.page import (
     PLAYER_FILE,
@@ -12,21 +14,33 @@ from quarc_ref.viewing.page import (
     STREAM_FILE,
     PageOptions,
     build_page,
+    build_single_page,
     read_player,
 )
+
+if TYPE_CHECKING:
+    from _typeshed import ReadableBuffer
 
 _PAGE_FILE = "index.html"
 
 
+# Chromium and Firefox read data URLs of up to 512 MB, a third more than the bytes that they encode.
+SINGLE_PAGE_LIMIT = 350_000_000
+
+
+class SinglePageError(ValueError):
+    """A stream is too large for a single page."""
+
+
 @dataclass(frozen=True, slots=True)
 class Site:
-    """Contents of the folder that `write_site` wrote.
+    """What `write_site` or `write_single_page` wrote.
 
     Attributes:
-        file_names: Names of the files.
+        file_names: Names of the files in the folder; empty for a single page.
         frame_count: Number of frames in the stream.
         stream_bytes: Size of the stream, bytes.
-        poster_name: File name of the poster; None if there is none.
+        poster_name: Name of the poster in the folder; None if there is none.
     """
 
     file_names: list[str]
@@ -73,3 +87,43 @@ def write_site(
         path.stat().st_size,
         POSTER_FILE if poster else None,
     )
+
+
+def write_single_page(
+    sink: BinaryIO,
+    source: Source,
+    options: PageOptions,
+    draw_poster: Callable[[Source], bytes | None],
+) -> Site:
+    """Write a page that contains player, stream and poster, and that also opens from a local file.
+
+    Args:
+        sink: Binary file for the page.
+        source: The stream, which may be a pipe.
+        options: Options of the page.
+        draw_poster: Function that returns a JPEG file for a stream, or None to omit the poster.
+
+    Raises:
+        SinglePageError: The stream has more than SINGLE_PAGE_LIMIT bytes.
+        BitstreamError: The stream is invalid; every chunk is checked.
+        SourceError: The file, pipe or server cannot be read.
+    """
+    copy = _LimitedBuffer()
+    frame_count = copy_stream(source, copy)
+    stream = copy.getvalue()
+    poster = draw_poster(BytesSource(stream))
+    sink.write(build_single_page(options, stream, poster))
+    return Site([], frame_count, len(stream), None)
+
+
+class _LimitedBuffer(io.BytesIO):
+    """A buffer that rejects what does not fit into a single page, before memory runs out."""
+
+    def write(self, data: "ReadableBuffer", /) -> int:
+        if self.tell() + memoryview(data).nbytes > SINGLE_PAGE_LIMIT:
+            message = (
+                f"a single page can contain at most {SINGLE_PAGE_LIMIT // 1_000_000} MB, and the "
+                "stream is larger: give the name of a folder"
+            )
+            raise SinglePageError(message)
+        return super().write(data)

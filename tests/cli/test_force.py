@@ -122,7 +122,7 @@ def test_a_demo_is_replaced_with_all_its_files(tmp_path):
     assert rejected_run.exit_code == 2
     assert "report contains mine.txt" in rejected_run.stderr
     assert forced_run.exit_code == 0, forced_run.stderr
-    assert list_names(folder) == ["capture", "demo.quarc", "report"]
+    assert list_names(folder) == ["capture", "demo.html", "demo.quarc", "report"]
     assert list_names(tmp_path) == ["out"]
 
 

@@ -122,18 +122,20 @@ def output_and_folder(tmp_path_factory):
 def test_the_demo_writes_capture_stream_and_report(output_and_folder):
     json_output, folder = output_and_folder
 
-    assert list_names(folder) == ["capture", "demo.quarc", "report"]
+    assert list_names(folder) == ["capture", "demo.html", "demo.quarc", "report"]
     assert list_names(folder.parent) == ["out"]
     assert json_output["file"] == str(folder / "demo.quarc")
     assert json_output["report"] == str(folder / "report" / "index.html")
     assert (folder / "report" / "index.html").is_file()
+    assert json_output["player"] == str(folder / "demo.html")
+    assert b'src="data:application/octet-stream;base64,' in (folder / "demo.html").read_bytes()
 
 
 def test_the_demo_prints_the_same_as_eval_of_its_files(output_and_folder):
     json_output, folder = output_and_folder
 
     eval_output = run_json("eval", folder / "demo.quarc", folder / "capture")
-    assert json_output.keys() == eval_output.keys() | {"report"}
+    assert json_output.keys() == eval_output.keys() | {"player", "report"}
     assert {key: json_output[key] for key in eval_output} == eval_output
 
 
@@ -147,7 +149,7 @@ def test_a_demo_is_replaced_only_with_force(output_and_folder, monkeypatch):
 
     assert rejected_run.exit_code == 2
     assert "--force" in rejected_run.stderr
-    assert list_names(folder) == ["capture", "demo.quarc", "report"]
+    assert list_names(folder) == ["capture", "demo.html", "demo.quarc", "report"]
 
 
 def test_a_failed_demo_keeps_the_old_one(output_and_folder, monkeypatch):

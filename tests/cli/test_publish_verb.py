@@ -1,3 +1,4 @@
+import base64
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,52 @@ def test_a_folder_has_everything_that_a_page_needs(stream_file, tmp_path):
     assert (folder / "quarc-player.js").read_bytes() == read_player()
     assert (json_output["frames"], json_output["bytes"]) == (4, stream_file.stat().st_size)
     assert json_output["iframe"].startswith('<iframe src="site/" title="small" width="960"')
+
+
+def test_a_single_page_contains_everything(stream_file, tmp_path):
+    page_path = tmp_path / "page.html"
+    json_output = run_json("publish", stream_file, "-o", page_path, "--title", "A <b>", "--loop")
+    page = page_path.read_text("utf-8")
+
+    assert (json_output["folder"], json_output["poster"]) == (None, None)
+    assert json_output["page"] == str(page_path)
+    assert json_output["files"] == ["page.html"]
+    assert "<title>A &lt;b&gt;</title>" in page
+    assert _find_data(page, "application/octet-stream") == stream_file.read_bytes()
+    assert _find_data(page, "text/javascript") == read_player()
+    assert page.count("data:image/jpeg;base64,") == 2
+    assert json_output["iframe"].startswith('<iframe src="page.html" title="A &lt;b&gt;"')
+
+
+def _find_data(page, media_type):
+    return base64.b64decode(page.split(f"data:{media_type};base64,")[1].split('"')[0])
+
+
+def test_the_url_of_a_single_page_is_that_of_the_iframe(stream_file, tmp_path):
+    url = "https://example.org/a/page.html"
+    json_output = run_json("publish", stream_file, "-o", tmp_path / "p.html", "--url", url)
+
+    assert f'src="{url}"' in json_output["iframe"]
+
+
+def test_a_single_page_replaces_a_file_only_with_force(stream_file, tmp_path):
+    page_path = tmp_path / "page.htm"
+    page_path.write_text("mine")
+    results = [run("publish", stream_file, "-o", page_path, *force) for force in ([], ["--force"])]
+
+    assert [result.exit_code for result in results] == [2, 0]
+    assert page_path.read_text("utf-8").startswith("<!doctype html>")
+
+
+def test_a_stream_that_is_too_large_for_a_single_page_is_rejected(
+    stream_file, tmp_path, monkeypatch
+):
+    monkeypatch.setattr("quarc_ref.viewing.site.SINGLE_PAGE_LIMIT", stream_file.stat().st_size - 1)
+    result = run("publish", stream_file, "-o", tmp_path / "page.html")
+
+    assert result.exit_code == 2
+    assert "give the name of a folder" in result.stderr
+    assert not (tmp_path / "page.html").exists()
 
 
 def test_the_poster_shows_the_view_of_the_camera(stream_file, tmp_path):

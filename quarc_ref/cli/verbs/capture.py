@@ -80,7 +80,10 @@ def demo(
     force: Force = False,
     quiet: Quiet = False,
 ) -> None:
-    """Run the whole pipeline: ray-trace a capture, encode it, measure it, and write a report."""
+    """Run the whole pipeline: ray-trace a capture, encode it, and measure the stream.
+
+    The folder then contains the capture, the stream, a page that plays it, and a report.
+    """
     with report_errors():
         config = make_config("demo", settings or [], seed)
         from quarc_ref.cli.demo_work import run_demo
@@ -92,11 +95,8 @@ def demo(
             written_folder(output, force=force) as folder,
         ):
             demo_output = run_demo(folder, options, config, progress)
-        page = output / demo_output.report_path.relative_to(folder.path)
-        print_evaluation(
-            "demo/2",
-            output / demo_output.stream_path.name,
-            demo_output.evaluation,
-            page,
-            as_json=as_json,
+        stream_path, player_path, report_path = (
+            output / path.relative_to(folder.path) for path in demo_output.paths
         )
+        pages = {"player": player_path, "report": report_path}
+        print_evaluation("demo/2", stream_path, demo_output.evaluation, pages, as_json=as_json)

@@ -1,6 +1,6 @@
 """The `eval` command: measures a stream on the held-out cameras."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from statistics import mean
@@ -72,8 +72,8 @@ def evaluate(
                 write_report(evaluation, folder)
         _warn_about_other_capture(evaluation.protocol)
         _report_equal_views(evaluation.quality)
-        page = report / "index.html" if report else None
-        print_evaluation("eval/3", Path(file), evaluation, page, as_json=as_json)
+        pages = {"report": report / "index.html"} if report else {}
+        print_evaluation("eval/3", Path(file), evaluation, pages, as_json=as_json)
 
 
 @contextmanager
@@ -117,7 +117,7 @@ def _report_equal_views(quality: "Quality") -> None:
 
 
 def print_evaluation(
-    schema: str, file: Path, evaluation: "Evaluation", page: Path | None, *, as_json: bool
+    schema: str, file: Path, evaluation: "Evaluation", pages: Mapping[str, Path], *, as_json: bool
 ) -> None:
     """Print an evaluation as JSON or as text.
 
@@ -125,27 +125,25 @@ def print_evaluation(
         schema: Name and version of the JSON schema, such as `eval/3`.
         file: Path of the stream.
         evaluation: Measurements of the stream.
-        page: Path of the report page; None if no report was written.
+        pages: Paths of the written pages by their names in the output, such as `report`.
         as_json: Whether to print JSON.
     """
     summary, quality = evaluation.summary, evaluation.quality
+    page_names = {name: str(path) for name, path in pages.items()}
     if as_json:
-        report = {} if page is None else {"report": str(page)}
         protocol = evaluation.protocol
         quality_values = {
             **quality.as_json(),
             "same_capture": protocol.is_same_capture,
             "protocol": protocol.as_json(),
         }
-        print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **report})
+        print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **page_names})
         return
     fields = {
         "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "
         f"worst {min(quality.psnr):.2f}",
         "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",
     }
-    if page is not None:
-        fields["report"] = str(page)
-    print_fields(file.name, describe_stream(summary) | fields)
+    print_fields(file.name, describe_stream(summary) | fields | page_names)
     headings = ["<camera", *quality.headings()]
     print_columns("Held-out cameras (cc: color-corrected)", headings, quality.as_rows())

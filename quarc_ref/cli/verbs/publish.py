@@ -1,4 +1,4 @@
-"""The `publish` command: writes a stream as a folder for any web server."""
+"""The `publish` command: writes a page that plays a stream, as a folder or as one HTML file."""
 
 import os
 import shlex
@@ -13,14 +13,18 @@ from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
 from quarc_ref.cli.output import escape_controls, print_fields, print_json, print_message
 from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
-from quarc_ref.cli.targets import written_folder
+from quarc_ref.cli.targets import open_output_file, written_folder
 from quarc_ref.inspection.wording import format_count
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from quarc_ref.format.cameras import Camera
     from quarc_ref.streams import Source
+    from quarc_ref.viewing.page import PageOptions
     from quarc_ref.viewing.site import Site
 
+_PAGE_SUFFIXES = (".html", ".htm")
 _IFRAME_WIDTH = 960
 _IFRAME_HEIGHT = 600  # pixels, for streams without cameras
 _CONTROLS_HEIGHT = 93  # pixels: height of the player's controls on a page of width _IFRAME_WIDTH
@@ -30,7 +34,12 @@ def publish(
     file: StreamName,
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FOLDER", help="Folder to create."),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FOLDER|PAGE.html",
+            help="Folder to create, or one page that contains everything.",
+        ),
     ],
     title: Title = None,
     camera: CameraName = None,
@@ -44,52 +53,101 @@ def publish(
         typer.Option(
             "--url",
             metavar="URL",
-            help="URL at which the folder will be served, for the iframe and for link previews.",
+            help="URL at which the folder or page will be served, for the iframe and for the link "
+            "previews of a folder.",
             show_default=False,
         ),
     ] = None,
     as_json: AsJson = False,
     force: Force = False,
 ) -> None:
-    """Create a folder for any web server, with a page that plays a stream.
+    """Create a page that plays a stream.
 
-    Prints an iframe for embedding the page in other pages. If the extra "media" is installed, the
-    page has a poster, which is a picture of the first frame.
+    A folder is for any web server. A single HTML page contains player and stream, so that it can be
+    sent by mail and opened from disk; it starts when all of it is loaded, a third more bytes than
+    the stream. Prints an iframe for embedding the page in other pages. If the extra "media" is
+    installed, the page has a poster, which is a picture of the first frame.
     """
     with report_errors():
         from quarc_ref.streams import open_source
         from quarc_ref.viewing.outline import read_cameras
         from quarc_ref.viewing.page import PageOptions, build_iframe
-        from quarc_ref.viewing.site import write_site
 
-        page_url = _normalize_url(url) if url else f"{quote(os.fsencode(output.name))}/"
+        is_single = output.suffix.lower() in _PAGE_SUFFIXES
+        if url:
+            page_url = _normalize_url(url, is_single=is_single)
+        else:
+            page_url = _make_local_url(output, is_single=is_single)
         options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
-        with open_source(file) as source, written_folder(output, force=force) as folder:
+        with open_source(file) as source:
             poster_camera = choose_initial_camera(read_cameras(source), camera)
-            site = write_site(
-                folder,
-                source,
-                options,
-                lambda copy: _draw_poster(copy, poster_camera),
-                url and page_url,
-            )
+
+            def draw(copy: "Source") -> bytes | None:
+                return _draw_poster(copy, poster_camera)
+
+            if is_single:
+                site = _write_single_page(output, source, options, draw, force=force)
+            else:
+                site = _write_folder(output, source, options, draw, url and page_url, force=force)
         iframe = build_iframe(options.title, page_url, *_choose_iframe_size(poster_camera))
-        _print_result(output, site, iframe, as_json=as_json)
+        _print_result(output, site, iframe, is_single=is_single, as_json=as_json)
 
 
-def _normalize_url(url: str) -> str:
-    """Return the URL of a folder with a trailing slash, which is added if it is missing.
+def _write_folder(
+    output: Path,
+    source: "Source",
+    options: "PageOptions",
+    draw_poster: "Callable[[Source], bytes | None]",
+    url: str | None,
+    *,
+    force: bool,
+) -> "Site":
+    from quarc_ref.viewing.site import write_site
+
+    with written_folder(output, force=force) as folder:
+        return write_site(folder, source, options, draw_poster, url)
+
+
+def _write_single_page(
+    output: Path,
+    source: "Source",
+    options: "PageOptions",
+    draw_poster: "Callable[[Source], bytes | None]",
+    *,
+    force: bool,
+) -> "Site":
+    from quarc_ref.viewing.site import SinglePageError, write_single_page
+
+    try:
+        with open_output_file(output, force=force) as sink:
+            return write_single_page(sink, source, options, draw_poster)
+    except SinglePageError as error:
+        raise UsageError(str(error)) from error
+
+
+def _make_local_url(output: Path, *, is_single: bool) -> str:
+    """Return the URL of a page relative to the folder that contains it."""
+    name = quote(os.fsencode(output.name))
+    return name if is_single else f"{name}/"
+
+
+def _normalize_url(url: str, *, is_single: bool) -> str:
+    """Return the URL of a page; that of a folder gets a trailing slash if it is missing.
 
     Raises:
-        UsageError: The URL is not that of a folder on an http or https server.
+        UsageError: The URL is not on an http or https server.
     """
-    if not _is_folder_url(url):
-        message = f"--url takes the URL of a folder, such as https://example.org/site/, not {url}"
+    if not _is_page_url(url):
+        example = "page.html" if is_single else "site/"
+        message = (
+            f"--url takes the URL of the {'page' if is_single else 'folder'}, such as "
+            f"https://example.org/{example}, not {url}"
+        )
         raise UsageError(message)
-    return f"{url.rstrip('/')}/"
+    return url if is_single else f"{url.rstrip('/')}/"
 
 
-def _is_folder_url(url: str) -> bool:
+def _is_page_url(url: str) -> bool:
     try:
         parts = urlsplit(url)
     except ValueError:
@@ -122,11 +180,14 @@ def _choose_iframe_size(camera: "Camera | None") -> tuple[int, int]:
     return _IFRAME_WIDTH, min(height, _IFRAME_WIDTH) + _CONTROLS_HEIGHT
 
 
-def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> None:
+def _print_result(
+    output: Path, site: "Site", iframe: str, *, is_single: bool, as_json: bool
+) -> None:
     if as_json:
-        document = {
-            "folder": str(output),
-            "files": site.file_names,
+        document: dict[str, object] = {
+            "folder": None if is_single else str(output),
+            "page": str(output if is_single else output / "index.html"),
+            "files": [output.name] if is_single else site.file_names,
             "frames": site.frame_count,
             "bytes": site.stream_bytes,
             "poster": site.poster_name,
@@ -134,10 +195,12 @@ def _print_result(output: Path, site: "Site", iframe: str, *, as_json: bool) -> 
         }
         print_json("publish/1", document)
         return
-    rows = {
-        "stream": f"{format_count(site.frame_count, 'frame')}, {site.stream_bytes:,} bytes",
-        "poster": site.poster_name or "none",
-        "to try it": f"python3 -m http.server --directory {shlex.quote(str(output))}",
-    }
+    rows = {"stream": f"{format_count(site.frame_count, 'frame')}, {site.stream_bytes:,} bytes"}
+    if is_single:
+        rows["page"] = f"{output.stat().st_size:,} bytes"
+        rows["to try it"] = "open it in a browser"
+    else:
+        rows["poster"] = site.poster_name or "none"
+        rows["to try it"] = f"python3 -m http.server --directory {shlex.quote(str(output))}"
     print_fields(str(output), rows)
     sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # one line, so that it can be copied
