@@ -19,7 +19,7 @@ LOCKS := requirements/main.txt requirements/torch.txt
 RESOLVE := $(BIN)/uv pip compile --quiet --upgrade --universal --fork-strategy fewest --python-version 3.11 \
   --generate-hashes --no-header --no-annotate pyproject.toml
 define resolve
-$(RESOLVE) --extra media --extra export --extra dev -o $(1)/main.txt
+$(RESOLVE) --extra media --extra export --extra bench --extra tensorboard --extra dev -o $(1)/main.txt
 $(RESOLVE) --extra train --constraints $(1)/main.txt -o $(1)/torch.txt
 endef
 # The tools that build docs/ have a separate virtual environment, and their lock in docs/.
