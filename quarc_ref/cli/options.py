@@ -25,13 +25,16 @@ def is_path_name(name: str) -> bool:
 def format_stream_name(name: str) -> str:
     """Return the name of a stream in output: a file name, or `standard input`.
 
-    The query of a URL is left out, because it may contain a password or a signature.
+    User, password and query of a URL are left out, because they may contain secrets.
     """
     if name == STANDARD_STREAM:
         return "standard input"
     if is_path_name(name):
         return name.rstrip("/").rpartition("/")[2]
-    return unquote(re.split(r"[?#]", name)[0].rstrip("/").rpartition("/")[2])
+    path = re.split(r"[?#]", name)[0].rstrip("/")
+    address_or_name = path.rpartition("/")[2]
+    is_address = path.count("/") == 2
+    return address_or_name.rpartition("@")[2] if is_address else unquote(address_or_name)
 
 
 def check_stream_name(name: str) -> str:

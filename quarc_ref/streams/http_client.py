@@ -1,11 +1,13 @@
 """Sends HTTP requests and follows redirects, with one deadline for all of them."""
 
+import base64
+import re
 import ssl
 import string
 from collections.abc import Mapping
 from functools import cached_property
 from http.client import HTTPResponse
-from urllib.parse import quote, urldefrag, urljoin, urlsplit
+from urllib.parse import quote, unquote_to_bytes, urldefrag, urljoin, urlsplit
 from urllib.request import HTTPHandler, OpenerDirector, ProxyHandler, Request
 
 from quarc_ref.streams.timed_connection import (
@@ -18,6 +20,7 @@ from quarc_ref.streams.timed_connection import (
 _REDIRECT_STATUSES = (301, 302, 303, 307, 308)
 _SCHEMES = ("http", "https")
 _MAX_REDIRECTS = 5
+_CREDENTIALS_PATTERN = re.compile(r"(?<=://)[^/?#]*@")
 
 
 class RedirectError(Exception):
@@ -36,7 +39,8 @@ class HttpClient:
         """Send a GET request and follow redirects, whose bodies are not read.
 
         Args:
-            url: URL, `http` or `https`.
+            url: URL, `http` or `https`. A user and a password in it are sent as Basic
+                authentication, but not to other origins.
             headers: Headers of the request.
             timeout: Maximum seconds, including redirects, until the last byte of the response's
                 body has been read.
@@ -52,8 +56,11 @@ class HttpClient:
             ValueError: The URL is not an http or https URL.
         """
         deadline, visited_urls = Deadline(timeout), [_normalize_url(url)]
+        credentials = _make_authorization(url)
         while True:
-            request = Request(visited_urls[-1], headers=dict(headers))
+            is_same_origin = _get_origin(visited_urls[-1]) == _get_origin(visited_urls[0])
+            private_headers = credentials if is_same_origin else {}
+            request = Request(visited_urls[-1], headers={**headers, **private_headers})
             response: HTTPResponse = self._opener.open(request, timeout=deadline.remaining())
             if response.status not in _REDIRECT_STATUSES:
                 return response
@@ -92,12 +99,33 @@ def resolve_redirect(url: str, location: str | None) -> str:
             f"redirects from https to {location!r}: a redirect from https must lead to an https URL"
         )
         raise RedirectError(message)
-    return urldefrag(target).url
+    return remove_credentials(urldefrag(target).url)
+
+
+def remove_credentials(url: str) -> str:
+    """Return a URL, which may be invalid, without user and password."""
+    return _CREDENTIALS_PATTERN.sub("", url, count=1)
+
+
+def _get_origin(url: str) -> tuple[str, str | None, int | None]:
+    parts = urlsplit(url)
+    default_port = {"http": 80, "https": 443}.get(parts.scheme)
+    return parts.scheme, parts.hostname, parts.port or default_port
+
+
+def _make_authorization(url: str) -> dict[str, str]:
+    """Return the header of Basic authentication (RFC 7617) for a URL's user and password."""
+    credentials, separator, _ = urlsplit(url).netloc.rpartition("@")
+    if not separator:
+        return {}
+    user, _, password = credentials.partition(":")
+    token = unquote_to_bytes(user) + b":" + unquote_to_bytes(password)
+    return {"Authorization": f"Basic {base64.b64encode(token).decode()}"}
 
 
 def _normalize_url(url: str) -> str:
-    """Return a URL without fragment, in which characters that HTTP does not allow are escaped."""
-    parts = urlsplit(url)
+    """Return a URL without credentials and fragment, with characters escaped as HTTP requires."""
+    parts = urlsplit(remove_credentials(url))
     if parts.scheme not in _SCHEMES:
         message = f"{url!r} is not an http or https URL"
         raise ValueError(message)

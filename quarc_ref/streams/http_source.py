@@ -7,7 +7,7 @@ from urllib.error import URLError
 
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.file_version import Change, FileVersion
-from quarc_ref.streams.http_client import HttpClient, RedirectError
+from quarc_ref.streams.http_client import HttpClient, RedirectError, remove_credentials
 
 _PARTIAL_CONTENT = 206
 _RANGE_NOT_SATISFIABLE = 416
@@ -26,7 +26,8 @@ class HttpSource:
     do not use `If-Range` or `If-Match`, which would reject a file that has only grown.
 
     Args:
-        url: URL of the stream, `http` or `https`.
+        url: URL of the stream, `http` or `https`, with user and password if the server requires
+            Basic authentication.
         timeout: Maximum seconds, including redirects, from connecting to the last byte of a
             response.
     """
@@ -151,7 +152,7 @@ class HttpSource:
         self._raise_error(f"answers {response.status} {response.reason}")
 
     def _raise_error(self, problem: str) -> NoReturn:
-        message = f"the server of {self._url} {problem}"
+        message = f"the server of {remove_credentials(self._url)} {problem}"
         raise SourceError(message)
 
 

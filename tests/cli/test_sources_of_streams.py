@@ -56,6 +56,7 @@ def test_a_stream_on_a_server_is_named_after_its_file(tmp_path, monkeypatch):
     assert run("info", url).stdout.startswith("a.quarc")
     signed_url = "https://example.org/streams/my%20a.quarc?signature=secret/1#part"
     assert run("info", signed_url).stdout.splitlines()[0] == "my a.quarc"
+    assert run("info", "https://me:secret@example.org").stdout.splitlines()[0] == "example.org"
     run("publish", signed_url, "-o", tmp_path / "site")
     assert "<title>my a</title>" in (tmp_path / "site" / "index.html").read_text("utf-8")
     assert "secret" not in (tmp_path / "site" / "index.html").read_text("utf-8")

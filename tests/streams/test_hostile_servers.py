@@ -1,5 +1,6 @@
 """Clients reject streams from faulty and hostile servers in time."""
 
+import base64
 import contextlib
 import shutil
 import socket
@@ -143,6 +144,36 @@ def test_a_few_redirects_are_followed_and_more_are_not():
         assert _decode(server.url) == _DIGESTS
         server.last = 6
         assert "redirects more than 5 times" in _read_rejected_stream(server.url)
+
+
+def _add_credentials(url):
+    return url.replace("//", "//me:p%40ss:w@")
+
+
+def test_user_and_password_are_sent_as_basic_authentication():
+    with serve(hostile_servers.Request.answer) as server:
+        assert _decode(_add_credentials(server.url)) == _DIGESTS
+        token = base64.b64encode(b"me:p@ss:w").decode()
+        for head in server.request_heads:
+            assert f"\r\nAuthorization: Basic {token}\r\n" in head
+            assert f"\r\nHost: 127.0.0.1:{server.url.split(':')[2].split('/')[0]}\r\n" in head
+
+
+def test_user_and_password_are_not_sent_to_other_origins():
+    with (
+        serve(hostile_servers.Request.answer) as other_server,
+        serve(lambda request: redirect(request, other_server.url)) as server,
+    ):
+        assert _decode(_add_credentials(server.url)) == _DIGESTS
+        assert all("Authorization" in head for head in server.request_heads)
+        assert not any("Authorization" in head for head in other_server.request_heads)
+
+
+def test_user_and_password_are_not_in_messages():
+    with serve(lambda request: request.send("HTTP/1.1 401 Unauthorized\n\n")) as server:
+        message = _read_rejected_stream(_add_credentials(server.url))
+
+    assert message == f"the server of {server.url} answers 401 Unauthorized"
 
 
 def test_all_redirects_share_one_deadline():
