@@ -100,6 +100,15 @@ def test_renders_have_the_given_size_in_bytes(encoded_stream, capture, tmp_path)
     assert json_output["points"][1]["kb_per_frame"] == 1
 
 
+def test_a_given_size_holds_for_every_entry_with_this_path(encoded_stream, capture, tmp_path):
+    folder = tmp_path / "drawn"
+    run("render", encoded_stream.file, "--to", "png", "-o", folder)
+    entries = [f"a={folder}", f"b={folder}"]
+    json_output = run_json("compare", *entries, "--capture", capture, "--bytes", f"{folder}=3072")
+
+    assert [point["kb_per_frame"] for point in json_output["points"]] == [1, 1]
+
+
 @pytest.fixture(scope="module")
 def weights(tmp_path_factory):
     """A file of LPIPS weights with the real names and much smaller tensors."""

@@ -162,14 +162,16 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     byte_counts = dict(_parse_size(size) for size in sizes)
     names_and_paths = [_parse_entry(text) for text in texts]
     entry_sources = [
-        EntrySource(Label(method, point), path, byte_counts.pop(path, None))
+        EntrySource(Label(method, point), path, byte_counts.get(path))
         for (method, point), (_, path) in zip(
             _label_entries(names_and_paths), names_and_paths, strict=True
         )
     ]
-    if byte_counts:
-        message = f"--bytes names {next(iter(byte_counts))}, which is not one of the entries"
-        raise UsageError(message)
+    paths = {path for _, path in names_and_paths}
+    for path in byte_counts:
+        if path not in paths:
+            message = f"--bytes names {path}, which is not one of the entries"
+            raise UsageError(message)
     return entry_sources
 
 
