@@ -32,13 +32,14 @@ def list_claims(experiments: Mapping[str, Mapping[str, Row]]) -> list[Claim]:
 
 
 def _list_quantization_claims(rows: list[Row]) -> Iterator[Claim]:
-    full_method, all_floats = rows[0], rows[-1]
-    psnr_loss = _get_psnr(all_floats) - _get_psnr(full_method)
+    quantized, all_floats = rows[0], rows[-1]
+    psnr_loss = _get_psnr(all_floats) - _get_psnr(quantized)
     yield Claim("PSNR loss caused by quantization, dB", psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
-    size_ratio = divide(full_method["bytes"]["kb_per_frame"], all_floats["bytes"]["kb_per_frame"])
-    yield Claim("KB per frame, full method / all in floats", size_ratio, _MAX_SIZE_RATIO_TO_FLOATS)
+    size_ratio = divide(quantized["bytes"]["kb_per_frame"], all_floats["bytes"]["kb_per_frame"])
+    name = f"KB per frame, {quantized['label']} / all in floats"
+    yield Claim(name, size_ratio, _MAX_SIZE_RATIO_TO_FLOATS)
     if len(rows) > 2:
-        psnr_loss = _get_psnr(rows[1]) - _get_psnr(full_method)
+        psnr_loss = _get_psnr(rows[1]) - _get_psnr(quantized)
         name = "PSNR loss caused by quantization of motion and births, dB"
         yield Claim(name, psnr_loss, _MAX_QUANTIZATION_LOSS_DB)
 

@@ -99,18 +99,23 @@ def _make_full_experiment(base_config: EncoderConfig) -> Experiment:
 
 
 def _make_quantization_experiment(base_config: EncoderConfig) -> Experiment:
+    config = _change_stream(base_config, "updates", value=False)
     points = (
-        Point("full method", None, _make_full_trial(base_config)),
+        Point(
+            "full method without updates" if base_config.stream.updates else "full method",
+            None,
+            _make_trial(base_config, "no-updates", config),
+        ),
         Point(
             "motion and births in floats",
             None,
-            _make_trial(base_config, "float-motion", base_config, "motion"),
+            _make_trial(base_config, "float-motion", config, "motion"),
         ),
-        Point("all in floats", None, _make_trial(base_config, "float", base_config, "all")),
+        Point("all in floats", None, _make_trial(base_config, "float", config, "all")),
     )
     remark = (
         "Each float takes 4 bytes and is not entropy-coded. All three trials use the same seed and "
-        "schedule."
+        "schedule, and none has updates of individual Gaussians, which are not in the paper."
     )
     return Experiment("quantization", "Quantization", "", points, remark)
 
@@ -181,13 +186,14 @@ def _make_step_experiment(base_config: EncoderConfig) -> Experiment:
 
 
 def _make_rebinding_experiment(base_config: EncoderConfig) -> Experiment:
-    slow_resampling_config = _change_stream(base_config, "resample_interval", _REBINDING_INTERVAL)
+    config = _change_stream(base_config, "updates", value=False)
+    slow_resampling_config = _change_stream(config, "resample_interval", _REBINDING_INTERVAL)
     rebinding_trial = Trial("rebind", "rebind", slow_resampling_config, "all", rebinds=True)
     points = (
         Point(
             "anchors sampled and Gaussians bound in every frame",
             None,
-            _make_frequent_resampling_trial(base_config),
+            _make_frequent_resampling_trial(config),
         ),
         Point(
             "anchors sampled every 4 frames, binding kept",
@@ -207,11 +213,10 @@ def _make_rebinding_experiment(base_config: EncoderConfig) -> Experiment:
     return Experiment("rebinding", "Rebinding", "", points, remark)
 
 
-def _make_frequent_resampling_trial(base_config: EncoderConfig) -> Trial:
-    config = _change_stream(base_config, "resample_interval", 1)
-    return _make_trial(
-        base_config, "float" if config == base_config else "float-resample-1", config, "all"
-    )
+def _make_frequent_resampling_trial(config: EncoderConfig) -> Trial:
+    frequent_config = _change_stream(config, "resample_interval", 1)
+    name = "float" if frequent_config == config else "float-resample-1"
+    return _make_trial(config, name, frequent_config, "all")
 
 
 def _define_sweep(

@@ -19,7 +19,7 @@ class Trial:
         config: Settings of the encoder.
         floats: The parts that stay in floats: empty for none, `motion` for motion and births, or
             `all`. A stream cannot contain floats, so a trial with floats is measured without
-            writing a stream (see `unquantized`).
+            writing a stream (see `unquantized`), and has no updates.
         rebinds: Whether all Gaussians are bound again in every frame, to the anchors whose sampled
             positions are nearest, as in the released code of the paper. In the format, bindings do
             not change between two samplings, so rebinding is possible only in floats.

@@ -59,6 +59,7 @@ def output_folder(folder, tmp_path_factory):
         assert _run_paper(folder, path, *ONLY_OPTION) == 0
     assert names == [
         "full",
+        "no-updates",
         "float-motion",
         "float",
         "gate",
@@ -107,7 +108,7 @@ def test_csv_has_a_line_for_each_trial_of_each_experiment(output_folder):
     lines = list(csv.DictReader(io.StringIO((output_folder / "paper.csv").read_text())))
     trial_names = [(line["experiment"], line["name"]) for line in lines]
 
-    assert trial_names[:2] == [("full", "full"), ("quantization", "full")]
+    assert trial_names[:2] == [("full", "full"), ("quantization", "no-updates")]
     assert trial_names[-3:] == [("levels", name) for name in ("levels-1", "levels-2", "full")]
     assert lines[-3]["changes"] == "stream.level_count=1"
     assert float(lines[0]["seconds_motion"]) > 0
@@ -131,7 +132,7 @@ def test_completed_trials_are_not_run_again(folder, output_copy, completed_names
     rows = json.loads(capsys.readouterr().out)
 
     assert completed_names == []
-    assert [row["name"] for row in rows[:2]] == ["full", "float-motion"]
+    assert [row["name"] for row in rows[:2]] == ["full", "no-updates"]
     assert rows[-1]["changes"] == {"stream.level_count": "2"}
 
 

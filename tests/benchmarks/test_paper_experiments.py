@@ -76,6 +76,17 @@ def test_a_value_of_the_full_method_shares_its_row():
     assert _list_points(BASE_CONFIGS["paper"], "rotation")[1].trial.name == "full"
 
 
+@pytest.mark.parametrize(("preset", "quantized_name"), [("paper", "full"), ("main", "no-updates")])
+def test_trials_in_floats_are_compared_with_a_trial_that_has_no_updates_either(
+    preset, quantized_name
+):
+    trials = [point.trial for point in _list_points(BASE_CONFIGS[preset], "quantization")]
+
+    assert [trial.name for trial in trials] == [quantized_name, "float-motion", "float"]
+    assert len({trial.config for trial in trials}) == 1
+    assert not trials[0].config.stream.updates
+
+
 def test_rebinding_is_tried_in_floats_against_the_same_method_without_it():
     resampled, not_rebound, rebound = (
         point.trial for point in _list_points(BASE_CONFIGS["paper"], "rebinding")
