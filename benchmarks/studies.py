@@ -4,10 +4,12 @@ A row is a JSON file that contains results, and a key that identifies their inpu
 interrupted, running it again makes only the missing rows.
 """
 
+import hashlib
 import json
 import sys
 import time
 from collections.abc import Callable, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,12 @@ Row = dict[str, Any]
 
 _LINE_INTERVAL_SECONDS = 20.0
 _TABLE_INTERVAL_SECONDS = 30.0
+
+
+@cache
+def digest_file(path: Path) -> str:
+    """Return the SHA-256 of a file, which identifies it in keys of rows."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def save_row(path: Path, key: str, row: Row) -> None:

@@ -31,7 +31,7 @@ from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, FrameSummary
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.streams import decode
-from studies import ProgressLines, Row, average_stage_seconds, load_row, save_row
+from studies import ProgressLines, Row, average_stage_seconds, digest_file, load_row, save_row
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +88,7 @@ class Task:
             "settings": [[name, f"{value}"] for name, value in list_settings(self.trial.config)],
             "floats": self.trial.floats,
             "rebinds": self.trial.rebinds,
-            "lpips": self.lpips is not None,
+            "lpips": self.lpips is not None and digest_file(self.lpips),
             "device": self.device,
         }
         return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()

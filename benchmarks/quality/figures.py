@@ -1,8 +1,5 @@
 """Measures the bytes of a stream by kind, and its quality on held-out and training cameras."""
 
-from collections.abc import Callable, Sequence
-from statistics import fmean
-
 from paper.quality import fit_slope
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder import dequantize
@@ -10,7 +7,6 @@ from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.camera_meter import Measures
 from quarc_ref.evaluation.color_correction import GAIN_CORRECTION
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.evaluation.views import View
 from quarc_ref.format import container
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
@@ -39,21 +35,17 @@ def measure_stream(
         corrected by an affine transform; in names with `gain`, by a gain per channel.
     """
     summary = inspect_stream(data)
-    held_out = CameraGroup(capture, summary.cameras, capture.held_out)
+    held_out = CameraGroup(capture, summary.cameras, capture.held_out, lpips=lpips)
     training = CameraGroup(capture, summary.cameras, capture.training, GAIN_CORRECTION)
-    lpips_values = []
     for scene in decode(data):
         splats = dequantize(scene)
-        views = held_out.measure(splats, scene.frame)
+        held_out.measure(splats, scene.frame)
         training.measure(splats, scene.frame)
-        if lpips is not None:
-            lpips_values.append(_measure_lpips(views, lpips.measure))
     groups = {"held_out": held_out.quality, "training": training.quality}
-    figures = summarize_sizes(summary)
+    figures = summarize_sizes(summary) | {"held_out_lpips": None}
     for group, quality in groups.items():
         figures |= {f"{group}_{name}": value for name, value in quality.mean().items()}
         figures[f"{group}_slope"] = fit_slope(quality.psnr)
-    figures["held_out_lpips"] = fmean(lpips_values) if lpips_values else None
     per_frame = {group: quality.by_frame() for group, quality in groups.items()}
     return figures, per_frame
 
@@ -91,7 +83,3 @@ def summarize_sizes(summary: StreamSummary) -> Figures:
         "bytes_other": summary.total_bytes - listed_bytes,
         "kb_per_frame": mean_kilobytes,
     }
-
-
-def _measure_lpips(views: Sequence[View], measure: Callable[..., float]) -> float:
-    return fmean(measure(view.decoded, view.truth) for view in views)

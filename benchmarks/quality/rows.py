@@ -15,7 +15,7 @@ from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.protocol import make_protocol
-from studies import ProgressLines, Row, average_stage_seconds, load_row, save_row
+from studies import ProgressLines, Row, average_stage_seconds, digest_file, load_row, save_row
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class Task:
             "size": asdict(self.options),
             "frames": self.frames,
             "settings": [[name, f"{value}"] for name, value in list_settings(self.config)],
-            "lpips": self.lpips is not None,
+            "lpips": self.lpips is not None and digest_file(self.lpips),
             "device": self.device,
         }
         return hashlib.sha256(json.dumps(inputs).encode()).hexdigest()

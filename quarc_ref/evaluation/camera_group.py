@@ -26,6 +26,7 @@ class CameraGroup:
 
     Raises:
         CaptureError: A picture cannot be read.
+        MismatchError: The pictures of a camera are too small for LPIPS.
     """
 
     def __init__(
@@ -40,6 +41,8 @@ class CameraGroup:
         self._cameras = cameras
         self._indices = indices
         self._lpips = lpips
+        if lpips is not None:
+            lpips.require_sizes(cameras[index] for index in indices)
         self._meters = [
             CameraMeter(find_background(capture, index), correction) for index in indices
         ]

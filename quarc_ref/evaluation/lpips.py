@@ -9,7 +9,9 @@ to 1. 3DGS and methods based on it use the same range, so results are comparable
 """
 
 import hashlib
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import torch
@@ -17,6 +19,8 @@ from torch import Tensor
 from torch.nn.functional import conv2d, max_pool2d, normalize, relu
 
 from quarc_ref.evaluation.metrics import Picture
+from quarc_ref.evaluation.same_capture import MismatchError
+from quarc_ref.format.cameras import Camera
 
 # Indices of the convolutions in VGG16's list of layers, by slice.
 _CONVOLUTIONS_BY_SLICE = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
@@ -51,26 +55,38 @@ class Lpips:
         except Exception as error:  # torch raises various errors, whose messages do not help
             message = f"{path} is not a file that torch.save has written"
             raise WeightsError(message) from error
-        missing_names = [name for name in _list_weight_names() if name not in weights]
-        if missing_names:
-            message = (
-                f"{path} has no {missing_names[0]}: the file must contain "
-                "lpips.LPIPS(net='vgg').state_dict()"
-            )
-            raise WeightsError(message)
-        self._weights = {name: weights[name].float() for name in _list_weight_names()}
+        self._weights = _choose_weights(weights, path)
+        self._try_weights(path)
         digest = hashlib.sha256(data).hexdigest()[:12]
         self.variant = f"lpips_vgg_3dgs: VGG16, input range from 0 to 1; weights {digest}"
+
+    def _try_weights(self, path: Path) -> None:
+        """Raise WeightsError unless the distance of two equal pictures can be measured and is 0."""
+        picture = np.full((_MIN_SIZE, _MIN_SIZE, 3), 0.5, dtype=np.float32)
+        try:
+            distance = self.measure(picture, picture)
+        except RuntimeError as error:
+            message = f"{path}: the shapes of the weights are not those of LPIPS with VGG16"
+            raise WeightsError(message) from error
+        if distance != 0:
+            message = f"{path}: not all weights are finite numbers"
+            raise WeightsError(message)
+
+    def require_sizes(self, cameras: Iterable[Camera]) -> None:
+        """Raise MismatchError if the pictures of a camera are too small for the network."""
+        for camera in cameras:
+            if min(camera.width, camera.height) < _MIN_SIZE:
+                message = (
+                    f"LPIPS needs pictures of at least {_MIN_SIZE} x {_MIN_SIZE} pixels, but those "
+                    f"of {camera.name} have {camera.width} x {camera.height}"
+                )
+                raise MismatchError(message)
 
     def measure(self, picture: Picture, truth: Picture) -> float:
         """Return the LPIPS distance between two pictures `[H, W, 3]` from 0 to 1.
 
-        Raises:
-            ValueError: The pictures are too small for the network.
+        The pictures must have the sizes that `require_sizes` allows.
         """
-        if min(picture.shape[:2]) < _MIN_SIZE:
-            message = f"LPIPS needs pictures of at least {_MIN_SIZE} x {_MIN_SIZE} pixels"
-            raise ValueError(message)
         picture_pair = torch.from_numpy(np.stack([picture, truth]).astype(np.float32)).movedim(3, 1)
         total = 0.0
         with torch.no_grad():
@@ -92,6 +108,20 @@ class Lpips:
                 activations = relu(conv2d(activations, weight, bias, padding=1))
             features.append(activations)
         return features
+
+
+def _choose_weights(weights: Any, path: Path) -> dict[str, Tensor]:  # noqa: ANN401, from a file
+    """Return the tensors of LPIPS from the content of a file; raise WeightsError without them."""
+    names = _list_weight_names()
+    tensors = weights if isinstance(weights, dict) else {}
+    missing_names = [name for name in names if not isinstance(tensors.get(name), Tensor)]
+    if missing_names:
+        message = (
+            f"{path} has no tensor {missing_names[0]}: the file must contain "
+            "lpips.LPIPS(net='vgg').state_dict()"
+        )
+        raise WeightsError(message)
+    return {name: tensors[name].float() for name in names}
 
 
 def _list_weight_names() -> list[str]:

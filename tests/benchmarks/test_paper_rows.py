@@ -87,6 +87,16 @@ def test_a_row_of_other_inputs_is_not_reused(task, folder, changed_inputs):
     assert task.load_saved_row("f" * 64) is None
 
 
+def test_a_row_made_with_other_lpips_weights_is_not_reused(task, tmp_path):
+    keys = [task.compute_key("f" * 64)]
+    for number in range(2):
+        weights = tmp_path / f"{number}.pth"
+        weights.write_bytes(bytes([number]))
+        keys.append(replace(task, lpips=weights).compute_key("f" * 64))
+
+    assert len(set(keys)) == 3
+
+
 def test_frame_0_is_trained_once_for_trials_that_differ_only_in_motion(task, monkeypatch):
     motion = replace(SMALL.motion, iterations=2)
     trial = Trial("short", "short", replace(SMALL, motion=motion))

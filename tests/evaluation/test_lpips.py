@@ -1,9 +1,13 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import torch
 
 from quarc_ref.evaluation import lpips as lpips_module
 from quarc_ref.evaluation.lpips import Lpips, WeightsError
+from quarc_ref.evaluation.same_capture import MismatchError
+from tests.encoder.toys import make_cameras
 
 _CHANNELS = (4, 5, 6, 7, 8)
 
@@ -63,16 +67,37 @@ def test_the_variant_names_network_range_and_weights(lpips, weights, tmp_path):
 
 def test_files_that_are_not_weights_are_rejected_by_name(weights, tmp_path):
     (tmp_path / "text.pth").write_text("no weights")
-    torch.save({name: weights[name] for name in list(weights)[:-1]}, tmp_path / "part.pth")
+    head = "lin4.model.1.weight"
+    nan_head, wide_head = torch.full_like(weights[head], torch.nan), torch.ones(1, 9, 1, 1)
+    contents = {
+        "part": {name: weights[name] for name in weights if name != head},
+        "list": [1, 2],
+        "number": {**weights, head: 3},
+        "shape": {**weights, head: wide_head},
+        "nan": {**weights, head: nan_head},
+    }
+    for name, content in contents.items():
+        torch.save(content, tmp_path / f"{name}.pth")
 
     with pytest.raises(WeightsError, match=r"none\.pth cannot be read"):
         Lpips(tmp_path / "none.pth")
     with pytest.raises(WeightsError, match=r"text\.pth is not a file that torch"):
         Lpips(tmp_path / "text.pth")
-    with pytest.raises(WeightsError, match=r"part\.pth has no lin4\.model\.1\.weight"):
-        Lpips(tmp_path / "part.pth")
+    for message in (
+        r"part\.pth has no tensor lin4\.model\.1\.weight",
+        r"list\.pth has no tensor scaling_layer\.shift",
+        r"number\.pth has no tensor lin4\.model\.1\.weight",
+        r"shape\.pth: the shapes of the weights are not those of LPIPS",
+        r"nan\.pth: not all weights are finite numbers",
+    ):
+        file_name = message.partition("\\")[0] + ".pth"
+        with pytest.raises(WeightsError, match=message):
+            Lpips(tmp_path / file_name)
 
 
-def test_pictures_too_small_for_the_network_are_rejected(lpips):
-    with pytest.raises(ValueError, match="16 pixels"):
-        lpips.measure(_make_picture(size=(15, 40)), _make_picture(size=(15, 40)))
+def test_cameras_with_pictures_too_small_for_the_network_are_rejected_by_name(lpips):
+    camera = make_cameras()[0]
+    lpips.require_sizes([replace(camera, width=40, height=16)])
+
+    with pytest.raises(MismatchError, match=r"16 pixels, but those of cam.* have 40 x 15"):
+        lpips.require_sizes([camera, replace(camera, width=40, height=15)])

@@ -95,6 +95,7 @@ def measure_entries(
         CaptureError: A picture cannot be read, or a render does not have the size of its camera.
         UnreadableFramesError: A file of another method is malformed.
         EntryError: The entries have no common frame within the span.
+        MismatchError: The pictures of a camera are too small for LPIPS.
     """
     frames = _choose_frames(inputs, span)
     entries = inputs.entries if inputs.capture else inputs.entries[1:]
@@ -124,6 +125,8 @@ class _EntryMeter:
     ) -> None:
         self._inputs, self._entries, self._lpips = inputs, entries, lpips
         capture, cameras = inputs.capture, inputs.cameras
+        if lpips is not None:
+            lpips.require_sizes(cameras.values())
         backgrounds = {name: _find_background(capture, name) for name in cameras}
         self._meters = [{name: CameraMeter(backgrounds[name]) for name in cameras} for _ in entries]
         self._metrics: list[dict[str, list[Measures]]] = [
