@@ -128,12 +128,12 @@ class CanonicalSettings(Validated):
     )
     prune_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of a Gaussian. At the end of densification, a Gaussian is pruned "
-        "if its removal would change the pictures by less than this multiple of the median squared "
-        "error around a Gaussian; at most three quarters of the visible Gaussians are pruned. If "
-        "the weight is above 0, three earlier prunings remove the half of the Gaussians that "
-        "contributes least, but keep the initial number and a quarter of canonical.max_gaussians. "
-        "0: no pruning by contribution (paper).",
+        "Rate-distortion weight of a Gaussian. At the end of densification (at the latest, in the "
+        "last iteration), a Gaussian is pruned if its removal would change the pictures by less "
+        "than this multiple of the median squared error around a Gaussian; at most three quarters "
+        "of the visible Gaussians are pruned. If the weight is above 0, three earlier prunings "
+        "remove the half of the Gaussians that contributes least, but keep the initial number and "
+        "a quarter of canonical.max_gaussians. 0: no pruning by contribution (paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,

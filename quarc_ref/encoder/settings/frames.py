@@ -8,6 +8,7 @@ from quarc_ref.encoder.settings.ranges import (
     Logit,
     NonNegativeFloat,
     NonNegativeInt,
+    PositiveFraction,
     UnitInterval,
     Validated,
 )
@@ -29,13 +30,15 @@ class MotionSettings(Validated):
     )
     lr: NonNegativeFloat = described(
         5e-4,
-        "Learning rate of motion residuals at anchor level 1 (the finest), in world units "
-        "(paper: 5e-4).",
+        "Learning rate of motion residuals at anchor level 1 (the finest): that of rotations, as "
+        "components of quaternions, and, if motion.translation_lr is 0, that of translations, in "
+        "world units (paper: 5e-4).",
     )
     translation_lr: NonNegativeFloat = described(
         0.0,
         "Learning rate of translation residuals at anchor level 1 (the finest), in position "
-        "steps, whose size depends on the scale of the capture; 0: use motion.lr (paper).",
+        "steps, whose size depends on the scale of the capture; 0: motion.lr in world units "
+        "(paper).",
     )
     level_lr_factor: NonNegativeFloat = described(
         1.0,
@@ -90,14 +93,15 @@ class BirthSettings(Validated):
     )
     gate_views: NonNegativeInt = described(
         4,
-        "Number of training views used by the change gate of births; 0: all Gaussians pass the "
-        "gate.",
+        "With births.placement=gate, the number of training views that the change gate uses; 0: "
+        "all Gaussians pass the gate.",
     )
     grad_threshold: NonNegativeFloat = described(
         1.5e-4,
-        "Screen-space gradient, in NDC, above which a new Gaussian is split if it is larger than "
-        "births.max_parent_scale. With births.placement=gate, an existing Gaussian up to that "
-        "scale is cloned if its gradient, weighted by the change gate, is above this threshold.",
+        "Screen-space gradient, in NDC, above which a new Gaussian larger than "
+        "births.max_parent_scale is split at births.split_iters. With births.placement=gate, an "
+        "existing Gaussian up to that scale is cloned if its gradient, weighted by the change "
+        "gate, is above this threshold.",
     )
     error_threshold: NonNegativeFloat = described(
         0.08,
@@ -120,8 +124,9 @@ class BirthSettings(Validated):
     )
     max_parent_scale: NonNegativeFloat = described(
         0.01,
-        "Scale, relative to the camera extent, above which a new Gaussian can be split. With "
-        "births.placement=gate, only Gaussians up to this scale are cloned.",
+        "Scale, relative to the camera extent, above which a new Gaussian can be split at "
+        "births.split_iters. With births.placement=gate, only Gaussians up to this scale are "
+        "cloned.",
     )
     spread: NonNegativeFloat = described(
         2.0,
@@ -140,16 +145,24 @@ class BirthSettings(Validated):
         "decay); 1: no decay (paper).",
     )
     split_iters: tuple[int, ...] = described(
-        (40, 80), "Iterations at which large new Gaussians are split; empty: no splits."
+        (40, 80),
+        "Iterations before which new Gaussians are split (births.grad_threshold) or pruned "
+        "(births.prune_opacity, prune_radius and prune_scale); empty: no splits, and pruning only "
+        "by opacity, after training.",
     )
     prune_opacity: UnitInterval = described(
-        0.01, "Opacity, 0 to 1, below which a new Gaussian is pruned."
+        0.01,
+        "Opacity, 0 to 1, below which a new Gaussian is pruned at births.split_iters and after "
+        "training.",
     )
     prune_radius: NonNegativeFloat = described(
-        20.0, "Radius on screen, in pixels, above which a new Gaussian is pruned."
+        20.0,
+        "Radius on screen, in pixels, above which a new Gaussian is pruned at births.split_iters.",
     )
     prune_scale: NonNegativeFloat = described(
-        0.1, "Scale, relative to the camera extent, above which a new Gaussian is pruned."
+        0.1,
+        "Scale, relative to the camera extent, above which a new Gaussian is pruned at "
+        "births.split_iters.",
     )
     rd_selection: bool = described(
         False,
@@ -178,8 +191,10 @@ class UpdateSettings(Validated):
         "updates is estimated as the mean over all Gaussians of the sum of ln(1 + magnitude in "
         "steps) over their residuals. 0: the loss has no rate term.",
     )
-    select_at: UnitInterval = described(
-        0.5, "Fraction of the motion iterations after which the Gaussians to update are selected."
+    select_at: PositiveFraction = described(
+        0.5,
+        "Fraction of the motion iterations after which the Gaussians to update are selected. Only "
+        "Gaussians with a residual of at least half a step by then can be selected.",
     )
     min_gain: NonNegativeFloat = described(
         0.35,

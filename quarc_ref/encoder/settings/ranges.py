@@ -24,6 +24,8 @@ class Bounds(NamedTuple):
 
     def __str__(self) -> str:
         if self.maximum not in (_INT_LIMIT, _FLOAT_LIMIT):
+            if self.minimum == sys.float_info.min:
+                return f"above 0 and at most {self.maximum}"
             return f"from {self.minimum} to {self.maximum}"
         return "above 0" if self.minimum == sys.float_info.min else f"of at least {self.minimum}"
 
@@ -37,6 +39,7 @@ NonNegativeFloat = Annotated[float, Bounds(0, _FLOAT_LIMIT)]
 PositiveFloat = Annotated[float, Bounds(sys.float_info.min, _FLOAT_LIMIT)]
 Logit = Annotated[float, Bounds(-20, 20)]
 UnitInterval = Annotated[float, Bounds(0, 1)]
+PositiveFraction = Annotated[float, Bounds(sys.float_info.min, 1)]
 Quality = Annotated[float, Bounds(0, 100)]
 FrameKilobytes = Annotated[float, Bounds(0, 1 << 20)]  # up to a GiB
 

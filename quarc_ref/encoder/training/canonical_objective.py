@@ -48,14 +48,14 @@ class CanonicalObjective:
         return math.ceil(self.settings.quantize_from * self.settings.iterations)
 
     @property
-    def code_price(self) -> float:
-        """Squared change that a bit may cause (`rdoq`), as a multiple of the median error."""
+    def quantize_rd_lambda(self) -> float:
+        """Rate-distortion weight of codes (`rdoq`), multiplied by `rd_lambda`."""
         return self.settings.quantize_rd_lambda * self.rd_lambda
 
     def should_choose_codes(self, step: int) -> bool:
         """Return whether an iteration, halfway through fine-tuning, begins by choosing codes."""
         halfway = (self.fine_tuning_start + self.settings.iterations) // 2
-        return bool(self.code_price) and self.fine_tuning_start < step == halfway
+        return bool(self.quantize_rd_lambda) and self.fine_tuning_start < step == halfway
 
     def should_densify(self, step: int) -> bool:
         """Return whether an iteration ends with densification."""
@@ -76,8 +76,9 @@ class CanonicalObjective:
 
         Three early prunings, at equal intervals before the end of densification, remove the half
         of the Gaussians that contributes least, because densification then replaces them where
-        the error is greater. The last one, at the end of densification, removes the Gaussians
-        whose contribution does not justify their rate.
+        the error is greater. The last one, at the end of densification, or in the last iteration
+        if densification has no end, removes the Gaussians whose contribution does not justify
+        their rate.
 
         Args:
             step: Index of the iteration.
@@ -85,7 +86,9 @@ class CanonicalObjective:
         """
         settings = self.settings
         threshold = settings.prune_rd_lambda * self.rd_lambda
-        last_step = min(settings.densify_until_iter, self.fine_tuning_start)
+        last_step = min(
+            settings.densify_until_iter, self.fine_tuning_start, settings.iterations - 1
+        )
         if not threshold or not step:
             return None
         if step == last_step:

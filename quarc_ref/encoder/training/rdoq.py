@@ -63,12 +63,12 @@ def choose_codes(
     _require_codable(trainer.attributes.detached(), header)
     attributes, axes = rename_axes(trainer.attributes.detached(), header)
     sensitivities = measure_sensitivities(context, attributes.quantized(header), generator)
-    price = objective.code_price * sensitivities.median_error
+    rd_lambda = objective.quantize_rd_lambda * sensitivities.median_error
     rotations = choose_rotations(
-        to_columns(attributes.rotations), sensitivities.rotations, header.rotation_bits, price
+        to_columns(attributes.rotations), sensitivities.rotations, header.rotation_bits, rd_lambda
     )
     sh_dc = choose_colors(
-        to_columns(attributes.sh_dc), sensitivities.colors, header.sh_dc_step, price
+        to_columns(attributes.sh_dc), sensitivities.colors, header.sh_dc_step, rd_lambda
     )
     chosen = replace(
         attributes,
@@ -94,7 +94,7 @@ def _require_codable(attributes: Attributes, header: StreamHeader) -> None:
 
 
 def choose_rotations(
-    quaternions: Float64, forms: Float64, rotation_bits: int, price: float
+    quaternions: Float64, forms: Float64, rotation_bits: int, rd_lambda: float
 ) -> Float64:
     """Return quaternions `[4, n]` whose codes have the least distortion plus weighted rate.
 
@@ -104,7 +104,7 @@ def choose_rotations(
         quaternions: `[4, n]` quaternions of any norm.
         forms: `[n, 3, 3]` sensitivities of the rotations (see `Sensitivities`).
         rotation_bits: Fraction bits of the codes.
-        price: Squared change of a picture that is worth a bit.
+        rd_lambda: Squared change of a picture that is worth a bit.
     """
     norms = np.linalg.norm(quaternions, axis=0)
     nearest_codes = code_quaternions(quaternions / norms, rotation_bits)
@@ -126,12 +126,12 @@ def choose_rotations(
     moves = [partial(remove_twist, axis=axis) for axis in range(3)]
     moves += [partial(_add, rows=[row], change=change) for row in (1, 2, 3) for change in _CHANGES]
     moves += [partial(_zero, row=row) for row in (1, 2, 3)]
-    codes = _minimize_costs(nearest_codes, moves, measure_distortions, list, price)
+    codes = _minimize_costs(nearest_codes, moves, measure_distortions, list, rd_lambda)
     is_changed = (codes != nearest_codes).any(axis=0)
     return np.where(is_changed, decode_quaternions(codes, rotation_bits) * norms, quaternions)
 
 
-def choose_colors(sh_dc: Float64, forms: Float64, step: float, price: float) -> Float64:
+def choose_colors(sh_dc: Float64, forms: Float64, step: float, rd_lambda: float) -> Float64:
     """Return SH DC coefficients `[3, n]` whose codes have the least distortion plus weighted rate.
 
     Coefficients whose nearest code is the best are returned unchanged.
@@ -140,7 +140,7 @@ def choose_colors(sh_dc: Float64, forms: Float64, step: float, price: float) -> 
         sh_dc: `[3, n]` coefficients of red, green and blue.
         forms: `[n, 3, 3]` sensitivities of the colors (see `Sensitivities`).
         step: Quantization step.
-        price: Squared change of a picture that is worth a bit.
+        rd_lambda: Squared change of a picture that is worth a bit.
     """
     nearest_codes = np.rint(sh_dc / step).astype(np.int64)
 
@@ -152,7 +152,7 @@ def choose_colors(sh_dc: Float64, forms: Float64, step: float, price: float) -> 
         for rows in ([0], [1], [2], [0, 1, 2])
         for change in (-1, 1)
     ]
-    codes = _minimize_costs(nearest_codes, moves, measure_distortions, _subtract_green, price)
+    codes = _minimize_costs(nearest_codes, moves, measure_distortions, _subtract_green, rd_lambda)
     return np.where(codes != nearest_codes, codes * step, sh_dc)
 
 
@@ -161,7 +161,7 @@ def _minimize_costs(
     moves: Iterable[Callable[[Int64], Int64]],
     measure_distortions: Callable[[Int64], Float64],
     to_coded_rows: Callable[[Int64], Iterable[Int64]],
-    price: float,
+    rd_lambda: float,
 ) -> Int64:
     """Apply moves to codes; keep each result for the Gaussians whose cost it reduces.
 
@@ -170,17 +170,17 @@ def _minimize_costs(
         moves: Functions that return other codes for given ones.
         measure_distortions: Returns the `[n]` distortions of codes.
         to_coded_rows: Returns the rows of codes as they are coded, with separate contexts.
-        price: Distortion that is worth a bit.
+        rd_lambda: Distortion that is worth a bit.
     """
     best = codes.copy()
     distortions = np.zeros(codes.shape[1])
     for _ in range(_ROUNDS):
         rates = CodeRates(to_coded_rows(best))
-        costs = distortions + price * rates.bits(to_coded_rows(best))
+        costs = distortions + rd_lambda * rates.bits(to_coded_rows(best))
         for move in moves:
             moved = move(best)
             moved_distortions = measure_distortions(moved)
-            moved_costs = moved_distortions + price * rates.bits(to_coded_rows(moved))
+            moved_costs = moved_distortions + rd_lambda * rates.bits(to_coded_rows(moved))
             is_better = moved_costs < costs * (1 - _MIN_GAIN)
             best[:, is_better] = moved[:, is_better]
             distortions[is_better] = moved_distortions[is_better]

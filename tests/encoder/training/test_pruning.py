@@ -149,6 +149,23 @@ def test_main_prunes_three_times_during_densification_and_once_by_threshold_afte
     assert objective.pruning_at(400, 3000) == Pruning(None, 0.5, 3000)
 
 
+@pytest.mark.parametrize("quantize_from", [0.8, 1.0])
+def test_the_last_pruning_happens_even_if_densification_has_no_end(quantize_from):
+    objective = CanonicalObjective(
+        CanonicalSettings(
+            iterations=100,
+            densify_until_iter=500,
+            quantize_from=quantize_from,
+            prune_rd_lambda=3.0,
+        ),
+        StreamHeader(),
+    )
+
+    prunings = [pruning for step in range(100) if (pruning := objective.pruning_at(step, 100))]
+
+    assert [pruning.threshold for pruning in prunings] == [None, None, None, 3.0]
+
+
 def test_a_weight_of_zero_prunes_nothing():
     objective = CanonicalObjective(CanonicalSettings(prune_rd_lambda=0.0), StreamHeader())
 

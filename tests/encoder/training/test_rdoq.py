@@ -145,7 +145,7 @@ def test_free_codes_are_the_nearest():
     np.testing.assert_array_equal(choose_colors(colors, forms, 1 / 16, 0.0), colors)
 
 
-def test_with_a_higher_price_codes_take_fewer_bits_and_change_more():
+def test_with_a_higher_weight_codes_take_fewer_bits_and_change_more():
     rng = np.random.default_rng(0)
     quaternions = np.concatenate([np.ones((1, 2000)), rng.normal(scale=0.3, size=(3, 2000))])
     colors = rng.normal(size=(3, 2000))
@@ -154,11 +154,11 @@ def test_with_a_higher_price_codes_take_fewer_bits_and_change_more():
     unit = quaternions / np.linalg.norm(quaternions, axis=0)
 
     bits, changes = [], []
-    for price in (0.0, 1e-4, 1e-3, 3e-2):
-        chosen = choose_rotations(quaternions, forms, _BITS, price)
+    for rd_lambda in (0.0, 1e-4, 1e-3, 3e-2):
+        chosen = choose_rotations(quaternions, forms, _BITS, rd_lambda)
         chosen /= np.linalg.norm(chosen, axis=0)
         codes = code_quaternions(chosen, _BITS)
-        recolored = choose_colors(colors, forms, 1 / 16, price)
+        recolored = choose_colors(colors, forms, 1 / 16, rd_lambda)
         color_codes = np.rint(recolored * 16).astype(np.int64)
         bits.append(
             CodeRates(codes).bits(codes).mean() + CodeRates(color_codes).bits(color_codes).mean()
@@ -232,7 +232,7 @@ def test_codes_are_chosen_once_halfway_through_fine_tuning(
     objective = CanonicalObjective(settings, _HEADER, rd_lambda=0.5)
 
     assert [step for step in range(100) if objective.should_choose_codes(step)] == expected
-    assert objective.code_price == 0.5 * quantize_rd_lambda
+    assert objective.quantize_rd_lambda == 0.5 * quantize_rd_lambda
 
 
 def _generator_of(seed):
