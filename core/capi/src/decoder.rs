@@ -205,9 +205,10 @@ impl AnyDecoder {
                     Some(decoder) => decoder,
                     None => decoder.insert(Box::new(SeekDecoder::new(parts.clone(), *start)?)),
                 };
-                let is_frame = decoder.pull()?.is_some();
+                let pulled =
+                    decoder.pull().map(|state| state.map_or(Pulled::End, |_| Pulled::Frame));
                 parts.0.borrow_mut().forget_before(decoder.offset().unwrap_or_default());
-                Ok(if is_frame { Pulled::Frame } else { Pulled::End })
+                pulled
             }
             Way::Recovering(recovery) => match recovery.pull()? {
                 None => Ok(Pulled::End),

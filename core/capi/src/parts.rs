@@ -3,31 +3,14 @@
 use quarc::error::{Error, Result};
 use quarc::source::Source;
 use std::cell::RefCell;
+use std::collections::BTreeMap;
 use std::rc::Rc;
-
-/// Bytes of a stream from an offset on.
-#[derive(Debug)]
-struct Part {
-    offset: u64,
-    bytes: Vec<u8>,
-}
-
-impl Part {
-    fn end(&self) -> u64 {
-        self.offset + self.bytes.len() as u64
-    }
-
-    /// The bytes that it has of a range that begins within it.
-    fn slice(&self, place: u64, end: u64) -> &[u8] {
-        let from = (place - self.offset) as usize;
-        &self.bytes[from..from + (end.min(self.end()) - place) as usize]
-    }
-}
 
 /// The loaded parts of a stream. A read stores the range it lacks in `missing`.
 #[derive(Debug, Default)]
 pub struct Parts {
-    parts: Vec<Part>,
+    /// The bytes of each part by its offset; a later part also ends later.
+    parts: BTreeMap<u64, Vec<u8>>,
     /// Length of the stream in bytes, as far as it is known.
     pub size: u64,
     /// Whether this is the length of the whole stream.
@@ -37,30 +20,59 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Store bytes at an offset.
+    /// Store bytes at an offset. Bytes that are already known stay as they are.
     pub fn put(&mut self, offset: u64, bytes: &[u8]) {
-        match self.parts.iter_mut().find(|part| part.end() == offset) {
-            Some(part) => part.bytes.extend_from_slice(bytes),
-            None => self.parts.push(Part { offset, bytes: bytes.to_vec() }),
+        if bytes.is_empty() {
+            return;
         }
-        self.size = self.size.max(offset + bytes.len() as u64);
+        let end = offset + bytes.len() as u64;
+        self.size = self.size.max(end);
+        let (place, known) = match self.parts.range_mut(..=offset).next_back() {
+            Some((&place, known)) if end_of(place, known) >= offset => (place, known),
+            _ => (offset, self.parts.entry(offset).or_default()),
+        };
+        let known_end = end_of(place, known);
+        if end <= known_end {
+            return;
+        }
+        known.extend_from_slice(&bytes[(known_end - offset) as usize..]);
+        while let Some((&later, inside)) = self.parts.range(place + 1..).next() {
+            if end_of(later, inside) > end {
+                break;
+            }
+            self.parts.remove(&later);
+        }
     }
 
     /// Discard bytes before an offset, once they are at least half of their part.
     pub fn forget_before(&mut self, place: u64) {
-        self.parts.retain(|part| part.end() > place);
-        for part in &mut self.parts {
-            let passed = place.saturating_sub(part.offset) as usize;
-            if passed >= part.bytes.len() / 2 {
-                part.bytes.drain(..passed);
-                part.offset += passed as u64;
-            }
+        let Some((&last, _)) = self.parts.range(..=place).next_back() else { return };
+        while let Some(first) = self.parts.first_entry().filter(|first| *first.key() < last) {
+            first.remove();
+        }
+        let mut bytes = self.parts.remove(&last).unwrap_or_default();
+        let passed = (bytes.len() as u64).min(place - last) as usize;
+        let offset = if passed < bytes.len() / 2 {
+            last
+        } else {
+            bytes.drain(..passed);
+            place
+        };
+        if !bytes.is_empty() {
+            self.parts.insert(offset, bytes);
         }
     }
 
-    fn holding(&self, place: u64) -> Option<&Part> {
-        self.parts.iter().find(|part| part.offset <= place && place < part.end())
+    /// The known bytes from an offset on; `None` if the first of them is missing.
+    fn known_at(&self, place: u64) -> Option<&[u8]> {
+        let (&offset, bytes) = self.parts.range(..=place).next_back()?;
+        (place < end_of(offset, bytes)).then(|| &bytes[(place - offset) as usize..])
     }
+}
+
+/// The offset after the last byte of a part.
+fn end_of(offset: u64, bytes: &[u8]) -> u64 {
+    offset + bytes.len() as u64
 }
 
 /// Parts that a decoder reads while others are stored.
@@ -71,7 +83,7 @@ impl SharedParts {
     /// A completely loaded stream.
     pub fn whole(bytes: Vec<u8>) -> Self {
         let size = bytes.len() as u64;
-        let parts = vec![Part { offset: 0, bytes }];
+        let parts = BTreeMap::from([(0, bytes)]);
         SharedParts(Rc::new(RefCell::new(Parts { parts, size, is_whole: true, missing: None })))
     }
 }
@@ -85,8 +97,8 @@ impl Source for SharedParts {
         }
         let mut place = offset;
         while place < end {
-            match known.holding(place) {
-                Some(part) => place = part.end(),
+            match known.known_at(place) {
+                Some(bytes) => place += bytes.len() as u64,
                 None => {
                     known.missing = Some((place, end));
                     return Err(Error::Source("bytes are missing".into()));
@@ -95,10 +107,10 @@ impl Source for SharedParts {
         }
         let mut place = offset;
         while place < end {
-            let Some(part) = known.holding(place) else { break };
-            let bytes = part.slice(place, end);
-            into.extend_from_slice(bytes);
-            place += bytes.len() as u64;
+            let Some(bytes) = known.known_at(place) else { break };
+            let wanted = (bytes.len() as u64).min(end - place) as usize;
+            into.extend_from_slice(&bytes[..wanted]);
+            place += wanted as u64;
         }
         Ok(())
     }

@@ -1,5 +1,6 @@
 //! Streams read by byte ranges, as a player reads them from a server.
 
+use quarc::chunks::build_chunk;
 use quarc_capi::*;
 use std::fs;
 use std::mem::MaybeUninit;
@@ -257,5 +258,52 @@ fn reading_a_missing_index_requests_no_bytes() {
         assert_eq!(ask(), QUARC_OK);
         assert_eq!(quarc_missing(decoder, range.as_mut_ptr()), QUARC_MISUSE);
         quarc_close(&mut decoder);
+    }
+}
+
+/// The search has one part of 20 bytes for each chunk, far too many to look at all for each read.
+#[test]
+fn a_search_passes_a_great_many_chunks() {
+    let mut stream = read("journey-without-index")[..8 + 24 + 69].to_vec();
+    for number in 1..=200_000 {
+        stream.extend(build_chunk(*b"note", number, &[]).expect("it fits"));
+    }
+    let mut decoder = quarc_open_parts(1);
+    let mut range = [0; 2];
+    unsafe {
+        quarc_limit(decoder, stream.len() as u64);
+        while quarc_pull(decoder, null_mut()) == QUARC_OK {
+            assert_eq!(quarc_missing(decoder, range.as_mut_ptr()), QUARC_OK);
+            let bytes = &stream[range[0] as usize..range[1] as usize];
+            quarc_put(decoder, range[0], bytes.as_ptr(), bytes.len());
+        }
+        let id = std::ffi::CStr::from_ptr(quarc_reject_id(decoder));
+        assert_eq!(id.to_bytes(), b"truncated");
+        quarc_close(&mut decoder);
+    }
+    assert!(range[1] > stream.len() as u64 - 100); // TAIL was looked for at the end
+}
+
+#[test]
+fn byte_ranges_may_overlap_and_come_in_any_order() {
+    let stream = read("journey");
+    let due = unsafe { decode(&stream) };
+    for step in [1, 7, 100, 1000] {
+        let mut decoder = quarc_open_parts(0);
+        let mut digests = Vec::new();
+        let starts: Vec<_> = (0..stream.len()).step_by(step).collect();
+        let twice = starts.iter().rev().chain(&starts);
+        unsafe {
+            for (number, &start) in twice.enumerate() {
+                let length = (step * (1 + number % 3)).min(stream.len() - start);
+                let bytes = &stream[start..start + length];
+                quarc_put(decoder, start as u64, bytes.as_ptr(), bytes.len());
+            }
+            while quarc_pull(decoder, null_mut()) == QUARC_FRAME {
+                digests.push(digest(decoder));
+            }
+            quarc_close(&mut decoder);
+        }
+        assert_eq!(digests, due, "pieces of {step} bytes");
     }
 }

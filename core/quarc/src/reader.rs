@@ -26,6 +26,8 @@ pub struct ChunkReader<S> {
     pub source: S,
     /// The position and the order of chunks.
     pub order: ChunkOrder,
+    /// The check of a payload that has not fully arrived.
+    check: Option<PayloadCheck>,
 }
 
 impl<S: Source> ChunkReader<S> {
@@ -35,7 +37,7 @@ impl<S: Source> ChunkReader<S> {
     /// `bad-magic`, `truncated`.
     pub fn new(mut source: S) -> Result<Self> {
         check_magic(&read(&mut source, 0, MAGIC.len() as u64)?)?;
-        Ok(ChunkReader { source, order: ChunkOrder::default() })
+        Ok(ChunkReader { source, order: ChunkOrder::default(), check: None })
     }
 
     /// Read the header of the next chunk without advancing; `None` after TAIL.
@@ -51,7 +53,8 @@ impl<S: Source> ChunkReader<S> {
         self.order.accept(&data).map(Some)
     }
 
-    /// Read the chunk of this header, of any type, and advance past it.
+    /// Read the chunk of this header, of any type, and advance past it. After [`Error::Source`],
+    /// call it again: the payload of an unknown type is then checked from where bytes were missing.
     ///
     /// # Errors
     /// `truncated`, `payload-crc`.
@@ -65,7 +68,7 @@ impl<S: Source> ChunkReader<S> {
             prove_payload(&header, crc32fast::hash(proved), stored)?;
             payload.truncate(held);
         } else {
-            check_payload(&mut self.source, &header)?; // [5.2-10]
+            self.check_unknown(header)?; // [5.2-10]
         }
         self.order.pass(&header);
         Ok(Chunk { header, payload })
@@ -80,6 +83,16 @@ impl<S: Source> ChunkReader<S> {
             Some(header) => self.take(header).map(Some),
             None => Ok(None),
         }
+    }
+
+    fn check_unknown(&mut self, header: ChunkHeader) -> Result<()> {
+        let begun = self.check.take().filter(|check| check.header == header);
+        let mut check = begun.unwrap_or_else(|| PayloadCheck::new(header));
+        let checked = check.finish(&mut self.source);
+        if matches!(checked, Err(Error::Source(_))) {
+            self.check = Some(check);
+        }
+        checked
     }
 
     fn check_end(&mut self) -> Result<()> {
@@ -109,24 +122,38 @@ pub(crate) fn trailing_data(place: u64) -> Error {
     Error::new(Reject::TrailingData, "bytes follow TAIL").at(place)
 }
 
-/// Check the CRC of a payload in pieces, without keeping it.
-///
-/// # Errors
-/// `truncated`, `payload-crc`.
-pub fn check_payload<S: Source>(source: &mut S, header: &ChunkHeader) -> Result<()> {
-    let (mut place, mut left) = (header.payload_offset(), u64::from(header.length));
-    let mut hasher = crc32fast::Hasher::new();
-    let mut piece = Vec::new();
-    while left > 0 {
-        piece.clear();
-        source.read(place, left.min(PIECE_BYTES), &mut piece)?;
-        if piece.is_empty() {
-            return prove_payload(header, 0, &[]);
-        }
-        hasher.update(&piece);
-        place += piece.len() as u64;
-        left -= piece.len() as u64;
+/// Checks the CRC of a payload in pieces, without keeping it.
+#[derive(Debug)]
+pub struct PayloadCheck {
+    header: ChunkHeader,
+    place: u64, // of the next piece
+    hasher: crc32fast::Hasher,
+}
+
+impl PayloadCheck {
+    /// The check of the payload that follows a header.
+    #[must_use]
+    pub fn new(header: ChunkHeader) -> Self {
+        PayloadCheck { header, place: header.payload_offset(), hasher: crc32fast::Hasher::new() }
     }
-    let stored = read(source, place, CHUNK_CRC_BYTES as u64)?;
-    prove_payload(header, hasher.finalize(), &stored)
+
+    /// Read the rest of the payload, and check it. After [`Error::Source`], call it again.
+    ///
+    /// # Errors
+    /// `truncated`, `payload-crc`.
+    pub fn finish<S: Source>(&mut self, source: &mut S) -> Result<()> {
+        let end = self.header.end() - CHUNK_CRC_BYTES as u64;
+        let mut piece = Vec::new();
+        while self.place < end {
+            piece.clear();
+            source.read(self.place, (end - self.place).min(PIECE_BYTES), &mut piece)?;
+            if piece.is_empty() {
+                return prove_payload(&self.header, 0, &[]);
+            }
+            self.hasher.update(&piece);
+            self.place += piece.len() as u64;
+        }
+        let stored = read(source, end, CHUNK_CRC_BYTES as u64)?;
+        prove_payload(&self.header, self.hasher.clone().finalize(), &stored)
+    }
 }

@@ -9,7 +9,7 @@ use crate::chunks::{
     TAIL, TAIL_BYTES,
 };
 use crate::error::{Reject, Result};
-use crate::reader::check_payload;
+use crate::reader::PayloadCheck;
 use crate::source::{read, Source};
 
 const FIRST_WINDOW_BYTES: u64 = 1 << 12; // the next chunk is often near
@@ -127,7 +127,7 @@ fn prove<S: Source>(
     header: &ChunkHeader,
     wanted: &Wanted,
 ) -> Result<Option<Resumption>> {
-    if let Err(error) = check_payload(source, header) {
+    if let Err(error) = PayloadCheck::new(*header).finish(source) {
         let in_vain = matches!(error.reject(), Some(Reject::PayloadCrc | Reject::Truncated));
         return if in_vain { Ok(None) } else { Err(error) };
     }
