@@ -203,9 +203,9 @@ class Decoder {
   }
 
   #readState() {
-    const [frame, phase, count, ids, ...planes] = this.#numbers(11);
-    const [positions, positionsStride, rotations, rotationsStride] = planes;
-    const [codes, codesStride, codePlanes] = planes.slice(4);
+    const [frame, phase, count, ids, ...rest] = this.#numbers(11);
+    const [positions, positionsStride, rotations, rotationsStride] = rest;
+    const [codes, codesStride, codeRows] = rest.slice(4);
     const rows = (type, place, stride, number) =>
       Array.from({ length: number }, (_, row) =>
         this.#quarc.view(type, place + row * stride * type.BYTES_PER_ELEMENT, count),
@@ -217,7 +217,7 @@ class Decoder {
       ids: this.#quarc.view(Uint32Array, ids, count),
       positions: rows(Int32Array, positions, positionsStride, POSITION_ROWS),
       rotations: rows(Int32Array, rotations, rotationsStride, ROTATION_ROWS),
-      codes: rows(Int16Array, codes, codesStride, codePlanes),
+      codes: rows(Int16Array, codes, codesStride, codeRows),
     };
   }
 

@@ -65,7 +65,7 @@ typedef struct quarc_decoder quarc_decoder;
 
 // The integer state of a frame (SPEC 7.1), in the memory of the decoder.
 //
-// A plane is `count` contiguous numbers; planes are `stride` numbers apart:
+// A row is `count` contiguous numbers; rows are `stride` numbers apart:
 // the y of Gaussian i is `positions[positions_stride + i]`.
 typedef struct {
   // Ordinal of the frame in the stream.
@@ -76,20 +76,20 @@ typedef struct {
   size_t count;
   // N ids, ascending.
   const uint32_t *ids;
-  // 3 planes: xyz, lattice units.
+  // 3 rows: xyz, lattice units.
   const int32_t *positions;
-  // Distance between planes of positions, in numbers.
+  // Distance between rows of positions, in numbers.
   size_t positions_stride;
-  // 4 planes: wxyz of unit quaternions with 22 fraction bits.
+  // 4 rows: wxyz of unit quaternions with 22 fraction bits.
   const int32_t *rotations;
-  // Distance between planes of rotations, in numbers.
+  // Distance between rows of rotations, in numbers.
   size_t rotations_stride;
-  // `code_planes` planes: log-scale 3, opacity 1, SH DC 3, SH rest 9 or none.
+  // `code_rows` rows: log-scale 3, opacity 1, SH DC 3, SH rest 9 or none.
   const int16_t *codes;
-  // Distance between planes of codes, in numbers.
+  // Distance between rows of codes, in numbers.
   size_t codes_stride;
   // 7 at SH degree 0, 16 at 1.
-  size_t code_planes;
+  size_t code_rows;
 } quarc_state;
 
 // Parameters of the stream from its HEAD chunk (SPEC 5.3) that a player needs.

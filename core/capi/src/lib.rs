@@ -198,6 +198,9 @@ pub unsafe extern "C" fn quarc_dequantize(
     splats: *mut SplatsView,
 ) -> i32 {
     let dequantize = |decoder: &mut AnyDecoder| {
+        if splats.is_null() {
+            return None;
+        }
         let (state, numbers, redone) = decoder.dequantize()?;
         // SAFETY: guaranteed by the caller.
         unsafe { write(splats, SplatsView::of(state, numbers, redone)) }

@@ -88,6 +88,9 @@ pub unsafe extern "C" fn quarc_preview(
     sections: *mut u32,
 ) -> i32 {
     let show = |decoder: &mut AnyDecoder| {
+        if state.is_null() || sections.is_null() {
+            return None;
+        }
         let Some((known, preview)) = decoder.preview() else { return Some(QUARC_OK) };
         // SAFETY: guaranteed by the caller.
         unsafe { write(state, StateView::of(preview))? };
@@ -115,10 +118,10 @@ pub unsafe extern "C" fn quarc_index(
     room: usize,
 ) -> i32 {
     let tell = |decoder: &mut AnyDecoder| {
-        let Ok(Some((tail, points))) = decoder.find_index() else { return Some(QUARC_OK) };
-        if frames.is_null() && room > 0 {
+        if numbers.is_null() || (frames.is_null() && room > 0) {
             return None;
         }
+        let Ok(Some((tail, points))) = decoder.find_index() else { return Some(QUARC_OK) };
         // SAFETY: guaranteed by the caller.
         unsafe { write(numbers.cast(), [tail.frame_count, points.len() as u32])? };
         for (place, point) in points.iter().take(room).enumerate() {

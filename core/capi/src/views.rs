@@ -68,7 +68,7 @@ impl HeadView {
 
 /// The integer state of a frame (SPEC 7.1), in the memory of the decoder.
 ///
-/// A plane is `count` contiguous numbers; planes are `stride` numbers apart:
+/// A row is `count` contiguous numbers; rows are `stride` numbers apart:
 /// the y of Gaussian i is `positions[positions_stride + i]`.
 #[repr(C)]
 pub struct StateView {
@@ -80,20 +80,20 @@ pub struct StateView {
     pub count: usize,
     /// N ids, ascending.
     pub ids: *const u32,
-    /// 3 planes: xyz, lattice units.
+    /// 3 rows: xyz, lattice units.
     pub positions: *const i32,
-    /// Distance between planes of positions, in numbers.
+    /// Distance between rows of positions, in numbers.
     pub positions_stride: usize,
-    /// 4 planes: wxyz of unit quaternions with 22 fraction bits.
+    /// 4 rows: wxyz of unit quaternions with 22 fraction bits.
     pub rotations: *const i32,
-    /// Distance between planes of rotations, in numbers.
+    /// Distance between rows of rotations, in numbers.
     pub rotations_stride: usize,
-    /// `code_planes` planes: log-scale 3, opacity 1, SH DC 3, SH rest 9 or none.
+    /// `code_rows` rows: log-scale 3, opacity 1, SH DC 3, SH rest 9 or none.
     pub codes: *const i16,
-    /// Distance between planes of codes, in numbers.
+    /// Distance between rows of codes, in numbers.
     pub codes_stride: usize,
     /// 7 at SH degree 0, 16 at 1.
-    pub code_planes: usize,
+    pub code_rows: usize,
 }
 
 impl StateView {
@@ -110,7 +110,7 @@ impl StateView {
             rotations_stride: rotations.stride(),
             codes: codes.numbers().as_ptr(),
             codes_stride: codes.stride(),
-            code_planes: codes.rows(),
+            code_rows: codes.rows(),
         }
     }
 }

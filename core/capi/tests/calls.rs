@@ -43,8 +43,8 @@ unsafe fn compare(decoder: *mut DecoderHandle, view: &StateView, state: &State) 
         let place = view.rotations.add(row * view.rotations_stride);
         assert_eq!(from_raw_parts(place, view.count), state.rotations().row(row));
     }
-    assert_eq!(view.code_planes, state.codes().rows());
-    for row in 0..view.code_planes {
+    assert_eq!(view.code_rows, state.codes().rows());
+    for row in 0..view.code_rows {
         let place = view.codes.add(row * view.codes_stride);
         assert_eq!(from_raw_parts(place, view.count), state.codes().row(row));
     }
@@ -105,6 +105,7 @@ fn unchanged_arrays_are_reported() {
         assert_eq!(quarc_pull(decoder, null_mut()), QUARC_FRAME);
         let all = QUARC_POSITIONS | QUARC_ROTATIONS | QUARC_CODES;
         let changed = || fill(|room| quarc_dequantize(decoder, room)).map(|splats| splats.changed);
+        assert_eq!(quarc_dequantize(decoder, null_mut()), QUARC_MISUSE); // converts nothing
         assert_eq!(changed(), Ok(all));
         assert_eq!(changed(), Ok(0));
         assert_eq!(quarc_pull(decoder, null_mut()), QUARC_FRAME);

@@ -139,6 +139,8 @@ fn the_end_of_a_stream_lists_its_frames() {
     unsafe {
         let mut ask = || quarc_index(decoder, numbers.as_mut_ptr(), frames.as_mut_ptr(), room);
         assert_eq!(ask(), QUARC_OK, "no bytes were put yet");
+        assert_eq!(quarc_index(decoder, null_mut(), null_mut(), 0), QUARC_MISUSE);
+        assert_eq!(quarc_index(decoder, [0; 2].as_mut_ptr(), null_mut(), 1), QUARC_MISUSE);
         quarc_put(decoder, 0, stream.as_ptr(), stream.len());
         quarc_limit(decoder, stream.len() as u64);
         assert_eq!(ask(), QUARC_FRAME);
@@ -201,6 +203,8 @@ fn a_canonical_frame_can_be_previewed_while_it_arrives() {
             let mut missing = [0; 2];
             assert_eq!(quarc_missing(decoder, missing.as_mut_ptr()), QUARC_OK);
             let mut sections = 0;
+            assert_eq!(quarc_preview(decoder, null_mut(), &mut sections), QUARC_MISUSE);
+            assert_eq!(quarc_preview(decoder, state.as_mut_ptr(), null_mut()), QUARC_MISUSE);
             if quarc_preview(decoder, state.as_mut_ptr(), &mut sections) == QUARC_FRAME {
                 let preview = state.assume_init_ref();
                 assert_eq!((preview.frame, preview.phase, preview.count), (0, 0, 12));
@@ -215,7 +219,8 @@ fn a_canonical_frame_can_be_previewed_while_it_arrives() {
         let last = (*frame.positions, *frame.rotations, *frame.codes.add(4));
         assert_eq!(previews[0], (last.0, 1 << 22, 0));
         assert_eq!(previews.last(), Some(&last));
-        assert_eq!(quarc_preview(decoder, null_mut(), null_mut()), QUARC_OK);
+        let mut sections = 0;
+        assert_eq!(quarc_preview(decoder, state.as_mut_ptr(), &mut sections), QUARC_OK);
         quarc_close(&mut decoder);
     }
     assert_eq!(sections_seen, [1, 2, 3, 4, 5, 6]);

@@ -49,6 +49,13 @@ fn play(player: &Path, stream: &Path) -> Output {
     Command::new(player).arg(stream).output().expect("the player starts")
 }
 
+/// Check for one line on standard error.
+fn assert_fails(played: &Output, status: i32, says: &str) {
+    let said = String::from_utf8_lossy(&played.stderr);
+    assert_eq!(played.status.code(), Some(status), "{said}");
+    assert!(said.contains(says) && said.lines().count() == 1, "{said}");
+}
+
 /// The frames of a stream in the manifest, formatted like the output of the player.
 fn expected(manifest: &Value, name: &str) -> String {
     let vectors = manifest["vectors"].as_array().expect("vectors");
@@ -72,20 +79,42 @@ fn check(player: &Path) {
         assert!(played.status.success() && played.stderr.is_empty(), "{name}");
     }
     let stream = fs::read(root().join("conformance/streams/journey.quarc")).expect("a stream");
-    let cut = player.with_extension("quarc");
+    let cut = player.with_extension("cut.quarc");
     fs::write(&cut, &stream[..stream.len() - 1]).expect("room");
     let played = play(player, &cut);
-    let said = String::from_utf8_lossy(&played.stderr);
+    assert_fails(&played, 1, "cut.quarc: truncated at byte ");
     assert_eq!(String::from_utf8_lossy(&played.stdout), expected(&manifest, "journey"));
-    assert!(said.ends_with("(truncated)\n"), "{said}");
-    assert_eq!(played.status.code(), Some(1));
+    check_failures(player);
 }
 
+fn check_failures(player: &Path) {
+    let folder = player.parent().expect("a folder");
+    assert_fails(&play(player, &folder.join("none")), 2, "none: ");
+    assert_fails(&Command::new(player).output().expect("it starts"), 2, "usage: ");
+    let large = root().join("conformance/resource/gaussians.quarc");
+    assert_fails(&play(player, &large), 3, "exceed this decoder");
+    if cfg!(target_os = "linux") {
+        assert_fails(&play(player, folder), 2, "Is a directory");
+        let full = fs::OpenOptions::new().write(true).open("/dev/full").expect("a device");
+        let stream = root().join("conformance/streams/journey.quarc");
+        let played = Command::new(player).arg(stream).stdout(full).output().expect("it starts");
+        assert_fails(&played, 2, "standard output: ");
+    }
+}
+
+/// The library is linked under one name and found under the one that its `soname` states.
 #[test]
 fn the_player_decodes_with_the_shared_library() {
-    let folder = libraries();
-    let path = folder.to_str().expect("UTF-8");
-    let link = [&format!("-L{path}"), "-lquarc_capi", &format!("-Wl,-rpath,{path}")];
+    let found = Path::new(env!("CARGO_TARGET_TMPDIR")).join("shared");
+    fs::create_dir_all(&found).expect("a folder");
+    if cfg!(target_os = "linux") {
+        let library = libraries().join("libquarc_capi.so");
+        fs::copy(library, found.join("libquarc_capi.so.1")).expect("room");
+    }
+    let places = [libraries(), found].map(|folder| folder.to_str().expect("UTF-8").to_owned());
+    let [linked, found] = &places;
+    let found = if cfg!(target_os = "linux") { found } else { linked };
+    let link = [&format!("-L{linked}"), "-lquarc_capi", &format!("-Wl,-rpath,{found}")];
     if let Some(player) = build("player-shared", &link) {
         check(&player);
     }

@@ -90,7 +90,7 @@ unsafe fn look_at_state(state: &StateView) {
             assert!(row.iter().all(|&number| i64::from(number).abs() <= 1 << 24));
         }
     }
-    for row in 0..state.code_planes {
+    for row in 0..state.code_rows {
         let row = from_raw_parts(state.codes.add(row * state.codes_stride), state.count);
         assert!(row.iter().all(|&code| code > i16::MIN));
     }
