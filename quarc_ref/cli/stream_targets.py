@@ -8,7 +8,7 @@ from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import require_writable_file
-from quarc_ref.files import OutputFolder, contains_files, growing_folder, sync_file, sync_folder
+from quarc_ref.files import MARKER_NAME, OutputFolder, growing_folder, sync_file, sync_folder
 
 _PART_SUFFIX = ".part"
 _SEGMENTS_SUFFIX = ".segments"
@@ -37,7 +37,7 @@ def open_stream_file(
         UsageError: The target or a partial stream exists, and neither `force` nor `resume` is set.
         ResumeError: Another process is writing the file.
     """
-    from quarc_ref.encoder.stream_file import open_exclusively
+    from quarc_ref.encoder.stream_file import open_exclusively, remove_if_empty
 
     path = (
         _choose_resumed_path(target, live=live) if resume else _choose_new_path(target, live=live)
@@ -53,8 +53,7 @@ def open_stream_file(
                 yield path, file
                 sync_file(file)
         finally:
-            if not _is_nonempty(path):
-                _remove_open_file(path, file)
+            remove_if_empty(path)
     if path != target:
         path.replace(target)
     sync_folder(target.absolute().parent)
@@ -86,23 +85,41 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
 
 @contextmanager
 def _report_kept_files(path: Path) -> Iterator[None]:
-    """If the block is interrupted, add the names of the kept files to the error message."""
+    """Add what is kept to the message if the block is interrupted, or segments have failed.
+
+    Args:
+        path: The file that the block writes, or the folder of the segments.
+    """
+    from quarc_ref.jobs import JobsError
+
     try:
         yield
     except KeyboardInterrupt as error:
-        checkpoint = _get_checkpoint_path(path)
-        if _is_nonempty(path):
-            explanation = (
-                f"{path} contains the finished frames: use --resume to encode the missing frames"
-            )
-        elif _is_nonempty(checkpoint):
-            explanation = (
-                f"{checkpoint} contains the training state of frame 0: use --resume to continue"
-            )
-        else:
+        kept_files = _describe_kept_files(path)
+        if not kept_files:
             raise
-        message = f"interrupted; {explanation}"
+        message = f"interrupted; {kept_files}"
         raise KeyboardInterrupt(message) from error
+    except JobsError as error:
+        kept_files = _describe_kept_files(path)
+        if kept_files:
+            error.args = (f"{error}; {kept_files}",)
+        raise
+
+
+def _describe_kept_files(path: Path) -> str:
+    """Return which files `--resume` can use, and how; empty if there are none."""
+    files = sorted(path.iterdir()) if path.is_dir() else [path, _get_checkpoint_path(path)]
+    kept_files = [file for file in files if file.name != MARKER_NAME and _is_nonempty(file)]
+    checkpoints = [
+        file for file in kept_files if file == _get_checkpoint_path(file.with_suffix(""))
+    ]
+    if len(kept_files) > len(checkpoints):
+        return f"{path} contains the finished frames: use --resume to encode the missing frames"
+    if checkpoints:
+        place = path if path.is_dir() else checkpoints[0]
+        return f"{place} contains the training state of frame 0: use --resume to continue"
+    return ""
 
 
 def reject_stream_path(path: Path, target: Path) -> None:
@@ -184,6 +201,4 @@ def _has_partial_encode(path: Path) -> bool:
 
 
 def _is_nonempty(path: Path) -> bool:
-    if path.is_dir():
-        return contains_files(path)
     return path.is_file() and path.stat().st_size > 0

@@ -8,6 +8,7 @@ state ──> start_frame ──> fit_motion ──> move_frame ──> fit_birt
 and by `commit_as_snapshot` every `canonical.snapshot_interval` frames.
 """
 
+from contextlib import AbstractContextManager
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -90,14 +91,15 @@ def encode(
         encoding = _Encoding(capture, options)
         if partial_stream is None:
             encoding.announce()
-            encoding.add_first_frame(sink)
+            with encoding.name_next_frame_in_errors():
+                encoding.add_first_frame(sink)
         else:
             encoding.resume_from(sink, partial_stream)
         if partial_stream is None or not partial_stream.is_finished:
             if partial_stream is not None:
                 encoding.announce(partial_stream.end)
             while encoding.next_frame < encoding.frame_count:
-                with name_frame_in_errors(encoding.next_frame):
+                with encoding.name_next_frame_in_errors():
                     encoding.add_frame()
             encoding.finish()
 
@@ -122,6 +124,7 @@ class _Encoding:
         self._capture = capture
         self._context = _make_context(capture, options)
         self._report = options.report
+        self._first_frame = capture.start + options.first_frame
         config = limit_gaussians(options.config, len(capture.training))
         self._config = adapt_steps_to_capture(config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
@@ -144,6 +147,10 @@ class _Encoding:
         context.observers.monitor.begin(
             plan, lambda: estimate_encode(context, capture.points, plan, config)
         )
+
+    def name_next_frame_in_errors(self) -> AbstractContextManager[None]:
+        """Return a context in which the message of an EncodeError names the next frame."""
+        return name_frame_in_errors(self._first_frame + self.next_frame, " of the capture")
 
     def add_first_frame(self, sink: BinaryIO) -> None:
         """Train and write frame 0."""

@@ -36,7 +36,7 @@ class Segment:
     Attributes:
         folder: Folder of the capture.
         capture_options: Options of `open_capture`.
-        options: Options of the encode; `frames` is ignored.
+        options: Options of the encode; `frames` and `first_frame` are ignored.
         first: First frame of the segment.
         count: Number of frames in the segment.
         file: File for the stream of the segment. If the file contains a partial stream, the
@@ -52,8 +52,9 @@ class Segment:
 
     @property
     def name(self) -> str:
-        """Name of the segment in messages, such as `frames 30 to 59`."""
-        return f"frames {self.first} to {self.first + self.count - 1}"
+        """Frames of the capture, as messages name them, such as `frames 30 to 59`."""
+        first = self.capture_options.start + self.first
+        return f"frames {first} to {first + self.count - 1}"
 
 
 def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
@@ -111,7 +112,9 @@ def encode_segment(segment: Segment) -> list[Finding]:
     capture = slice_capture(
         open_capture(segment.folder, segment.capture_options), segment.first, segment.count
     )
-    options = replace(segment.options, frames=None, report=findings.append)
+    options = replace(
+        segment.options, frames=None, report=findings.append, first_frame=segment.first
+    )
     encode_file(capture, segment.file, options)
     return findings
 

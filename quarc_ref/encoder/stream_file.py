@@ -1,6 +1,7 @@
 """Encodes to a file that is locked, so that no other encode writes to it."""
 
 import os
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
@@ -39,7 +40,10 @@ def encode_file(capture: Capture, path: Path, options: EncodeOptions) -> None:
         OutputPathError: The path is a symbolic link or is not a regular file.
     """
     with open_exclusively(path) as file:
-        encode_into(capture, file, path, options)
+        try:
+            encode_into(capture, file, path, options)
+        finally:
+            remove_if_empty(path)
 
 
 def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOptions) -> None:
@@ -61,6 +65,12 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
     if partial_stream is None:
         file.truncate(file.seek(0))
     encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), partial_stream)
+
+
+def remove_if_empty(path: Path) -> None:
+    """Remove a file without content, unless it is open on a system that cannot remove it then."""
+    if sys.platform != "win32" and path.is_file() and path.stat().st_size == 0:
+        path.unlink()
 
 
 @contextmanager

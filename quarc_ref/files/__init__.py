@@ -14,7 +14,6 @@ listed files, their temporary files and the marker are ever deleted.
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file
 from quarc_ref.files.errors import OutputPathError
-from quarc_ref.files.folder_contents import contains_files
 from quarc_ref.files.folders import growing_folder, written_folder
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.logs import open_log
@@ -26,7 +25,6 @@ __all__ = [
     "OutputFolder",
     "OutputPathError",
     "atomic_file",
-    "contains_files",
     "growing_folder",
     "open_log",
     "remove_leftovers",

@@ -89,6 +89,6 @@ def test_contradicting_options_are_a_usage_error(options, message, stream_file, 
 def test_an_edit_that_removes_everything_writes_nothing(radius, stream_file, tmp_path):
     result = run("edit", stream_file, "-o", tmp_path / "out.quarc", "--drop", f"0,0,0,{radius}")
 
-    assert result.exit_code == 3
-    assert "removes all Gaussians" in result.stderr
+    assert result.exit_code == 2
+    assert "frame 0: the edit removes all Gaussians" in result.stderr
     assert list_names(tmp_path) == ["small.quarc"]

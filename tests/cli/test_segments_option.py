@@ -81,6 +81,33 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     assert list_names(tmp_path) == ["a.quarc"]
 
 
+@pytest.mark.parametrize(
+    ("suffix", "content", "message"),
+    [
+        ("", b"", "interrupted; nothing was written"),
+        (
+            ".training",
+            b"x",
+            "a.quarc.segments contains the training state of frame 0: use --resume",
+        ),
+        ("", b"x", "a.quarc.segments contains the finished frames: use --resume"),
+    ],
+)
+def test_an_interruption_names_what_is_kept(
+    suffix, content, message, capture, tmp_path, monkeypatch
+):
+    def write_and_interrupt(segment_list, *_arguments):
+        file = segment_list[0].file
+        file.with_name(file.name + suffix).write_bytes(content)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(segments, "encode_segments", write_and_interrupt)
+    result = run(*_make_command(capture, tmp_path / "a.quarc", "--segments", 2))
+
+    assert result.exit_code == 130
+    assert message in result.stderr
+
+
 def _raise_keyboard_interrupt(*_arguments):
     raise KeyboardInterrupt
 
@@ -108,7 +135,10 @@ def test_a_failed_segment_is_named_and_the_others_are_kept(capture, tmp_path, mo
     result = run(*_make_command(capture, tmp_path / "a.quarc", "--segments", 2))
 
     assert result.exit_code == 3
-    assert "1 of 2 jobs failed; frames 1 to 2: BadMagicError: no stream" in result.stderr
+    assert (
+        f"1 of 2 jobs failed; frames 1 to 2: BadMagicError: no stream; {tmp_path}/a.quarc.segments "
+        "contains the finished frames: use --resume"
+    ) in result.stderr
     assert list_names(tmp_path) == ["a.quarc.segments"]
     assert list_names(tmp_path / "a.quarc.segments") == ["frames_000000_000001.quarc"]
 

@@ -228,7 +228,7 @@ def test_births_that_no_frame_can_represent_are_dropped(lattice_exponent, positi
 def test_a_frame_that_cannot_be_coded_is_named():
     config = replace(SMALL, motion=replace(SMALL.motion, lr=1e300))
 
-    with pytest.raises(EncodeError, match=r"^frame 1: training diverged"):
+    with pytest.raises(EncodeError, match=r"^frame 1 of the capture: training diverged"):
         _encode(config, 3)
 
 

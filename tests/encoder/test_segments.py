@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.encoder import EncodeOptions, encode
+from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.segments import require_finished, slice_capture, split_frames
-from quarc_ref.format.errors import ResumeError
+from quarc_ref.format.errors import EncodeError, ResumeError
 from tests.encoder.toys import SMALL, make_capture
 from tests.streams.edits import join_bytes
 
@@ -51,6 +51,22 @@ def test_a_segment_of_a_capture_has_its_own_pictures():
         segment.image(0, 3)
     for name in ("name", "cameras", "frames_per_second", "points", "fingerprint", "training"):
         assert getattr(segment, name) == getattr(capture, name)
+
+
+@pytest.mark.parametrize(("start", "failing"), [(0, "add_first_frame"), (7, "add_frame")])
+def test_errors_of_a_segment_name_the_frame_of_the_capture(monkeypatch, start, failing):
+    def fail(*_arguments):
+        message = "no room"
+        raise EncodeError(message)
+
+    capture = make_capture(5)
+    capture.start = start
+    monkeypatch.setattr(encode_stream._Encoding, failing, fail)
+    with pytest.raises(EncodeError) as caught:
+        encode(slice_capture(capture, 2, 3), io.BytesIO(), replace(_OPTIONS, first_frame=2))
+
+    frame = start + (2 if failing == "add_first_frame" else 3)
+    assert str(caught.value) == f"frame {frame} of the capture: no room"
 
 
 @pytest.fixture(scope="module")

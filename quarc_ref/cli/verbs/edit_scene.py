@@ -98,16 +98,25 @@ def _write_edited(
     profile: str,
     progress: TerminalProgress,
 ) -> "tuple[int, SceneReport | None]":
-    """Write the edited stream; return its frame count, and a report if frames were fitted again."""
+    """Write the edited stream; return its frame count, and a report if frames were fitted again.
+
+    Raises:
+        UsageError: The edit is not possible for this stream.
+        BitstreamError: The stream is invalid.
+    """
     from quarc_ref.encoder.scenes.bounds import PROFILES
     from quarc_ref.encoder.scenes.encode_scenes import SceneOptions
     from quarc_ref.encoder.scenes.fit_edit import encode_edited
     from quarc_ref.encoder.scenes.recolor import recolor
+    from quarc_ref.format.errors import EncodeError
 
-    if requested_edit.changes_only_colors and requested_edit.recoloring:
-        return recolor(source, sink, requested_edit.recoloring), None
-    options = replace(SceneOptions(bounds=PROFILES[profile]), progress=progress)
-    report = encode_edited(source, sink, requested_edit, options)
+    try:
+        if requested_edit.changes_only_colors and requested_edit.recoloring:
+            return recolor(source, sink, requested_edit.recoloring), None
+        options = replace(SceneOptions(bounds=PROFILES[profile]), progress=progress)
+        report = encode_edited(source, sink, requested_edit, options)
+    except EncodeError as error:
+        raise UsageError(str(error)) from error
     return report.frames, report
 
 

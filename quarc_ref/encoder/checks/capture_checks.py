@@ -65,7 +65,7 @@ def check_capture(capture: Capture) -> list[Finding]:
 
     Raises:
         UnusableCaptureError: The capture cannot be encoded with acceptable quality.
-        CaptureError: A picture cannot be read.
+        CaptureError: A picture or mask cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)
     if len(cameras) < _MIN_TRAINING_CAMERAS:
@@ -104,8 +104,19 @@ def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _Proje
 
 
 def _find_black_masks(capture: Capture) -> Iterator[Finding]:
+    """Yield a finding about cameras whose masks in frame 0 are black.
+
+    Raises:
+        UnusableCaptureError: The masks of all training cameras are black.
+    """
     masks = {capture.cameras[index].name: capture.mask(index, 0) for index in capture.training}
     names = tuple(name for name, mask in masks.items() if mask is not None and not mask.any())
+    if len(names) == len(masks):
+        message = (
+            "the masks of all training cameras are completely black in frame 0, so no pixel is "
+            "left to train on: check the masks, in which white pixels are used"
+        )
+        raise UnusableCaptureError(message)
     if names:
         message = (
             f"the masks of {format_names(names)} are completely black in frame 0, so these cameras "

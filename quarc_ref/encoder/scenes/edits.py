@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.decoder.dequantize import Splats, dequantize
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.encoder.frame_errors import name_frame_in_errors
 from quarc_ref.encoder.scenes.encode_scenes import GivenFrame
 from quarc_ref.encoder.scenes.recolor import Recoloring
 from quarc_ref.export.up_direction import UP_KEY, find_up_direction, format_up_direction
@@ -201,7 +202,9 @@ def edit_frames(scenes: Iterable[Scene], edit: Edit) -> Iterator[GivenFrame]:
     keyframe_index = -1
     for scene in scenes:
         keyframe_index += scene.phase == 0 or keyframe_index < 0
-        yield edit.apply(dequantize(scene), scene.ids + (keyframe_index << 32))
+        with name_frame_in_errors(scene.frame):
+            frame = edit.apply(dequantize(scene), scene.ids + (keyframe_index << 32))
+        yield frame
 
 
 def _matrix_to_quaternion(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -58,23 +58,31 @@ def test_an_honest_variant_has_no_findings(trace_capture, variant):
     assert check_capture(trace_capture(variant=variant)) == []
 
 
-class BlackMask:
-    """Masks that exclude all pixels of one camera."""
+class BlackMasks:
+    """Masks that exclude all pixels of some cameras."""
 
-    def __init__(self, camera):
-        self._camera = camera
+    def __init__(self, *cameras):
+        self._cameras = cameras
 
     def read(self, camera, _frame):
-        return np.zeros((72, 96), dtype=bool) if camera == self._camera else None
+        return np.zeros((72, 96), dtype=bool) if camera in self._cameras else None
 
 
 def test_a_black_mask_of_a_training_camera_is_reported(correct_capture):
     training, held_out = copy.copy(correct_capture), copy.copy(correct_capture)
-    training.masks, held_out.masks = BlackMask(2), BlackMask(0)
+    training.masks, held_out.masks = BlackMasks(2), BlackMasks(0)
 
     (finding,) = check_capture(training)
     assert (finding.kind, finding.cameras) == ("mask-black", ("cam02",))
     assert check_capture(held_out) == []
+
+
+def test_a_capture_whose_masks_leave_no_pixel_is_unusable(correct_capture):
+    capture = copy.copy(correct_capture)
+    capture.masks = BlackMasks(*capture.training)
+
+    with pytest.raises(UnusableCaptureError, match="masks of all training cameras are completely"):
+        check_capture(capture)
 
 
 @pytest.mark.parametrize("cameras", [4, 8, thorough(13), thorough(30)])
