@@ -4,9 +4,10 @@
     python conformance/selftest/run_mutants.py --only CRC  test mutants with CRC in their name
     python conformance/selftest/run_mutants.py --all       test each mutant with every category
 
-The script fails if a mutant survives, or if the text that it replaces is not in the source. It also
-fails if a mutant with an `only_category` is not detected by exactly this category. Every category
-has such a mutant, which shows that the category is needed.
+The script fails if a mutant survives or is broken, or if the text that it replaces is not in the
+source. A mutant is broken if it crashes on a plain valid stream: it then shows nothing about the
+vectors. The script also fails if a mutant with an `only_category` is not detected by exactly this
+category. Every category has such a mutant, which shows that the category is needed.
 """
 
 import argparse
@@ -33,6 +34,8 @@ from runner.manifest import Suite  # noqa: E402
 PACKAGE = _HERE.parents[1] / "quarc_ref"
 CATEGORIES = ("traps", "invalid", "streams", "unit", "damaged", "levels", "resource")
 _CUTS_AT_EVERY_BYTE = "damaged/cut-at-byte"
+_PLAIN_STREAM = "streams/still"
+_CRASHES = ("crash", "silent", "garbage")
 _LAUNCHER = """import sys
 sys.path[0] = {folder!r}
 from quarc_ref.conformance.__main__ import main
@@ -47,10 +50,12 @@ class Outcome:
     Attributes:
         mutant: The tested mutant.
         first_failures: The first failed case of each category, with its verdict.
+        crash: How the mutant crashes on a plain valid stream; empty if it does not.
     """
 
     mutant: Mutant
     first_failures: dict[str, str]
+    crash: str = ""
 
 
 def copy_with_mutant(mutant: Mutant, package: Path, folder: Path) -> str:
@@ -78,16 +83,22 @@ def copy_with_mutant(mutant: Mutant, package: Path, folder: Path) -> str:
 def try_mutant(
     mutant: Mutant, package: Path, suite: Suite, limits: Limits, needed_categories: int
 ) -> Outcome:
-    """Test a mutant until `needed_categories` categories detect it, or no case is left."""
+    """Test a mutant until `needed_categories` categories detect it, or no case is left.
+
+    A mutant that crashes on a plain valid stream is not tested further.
+    """
     needed_categories = len(CATEGORIES) if mutant.only_category else needed_categories
+    cases = list_all_cases(suite)
     with tempfile.TemporaryDirectory() as folder:
         case_runner = CaseRunner(
             copy_with_mutant(mutant, package, Path(folder)), suite, limits, supports_jobs=True
         )
         try:
-            first_failures = _find_first_failures(
-                list_all_cases(suite), case_runner, needed_categories
-            )
+            plain_case = next(case for case in cases if case.name == _PLAIN_STREAM)
+            verdict = case_runner.run_case(plain_case)
+            if verdict.name in _CRASHES:
+                return Outcome(mutant, {}, f"{_PLAIN_STREAM}: {verdict.name}: {verdict.message}")
+            first_failures = _find_first_failures(cases, case_runner, needed_categories)
         finally:
             case_runner.close()
     return Outcome(mutant, first_failures)
@@ -120,6 +131,8 @@ def _find_first_failures(
 
 def describe_outcome(outcome: Outcome) -> str:
     """Return text that lists the categories that detected a mutant, each with a failed case."""
+    if outcome.crash:
+        return f"{outcome.mutant.name}: BROKEN, {outcome.crash}"
     lines = [outcome.mutant.name + ("" if outcome.first_failures else ": SURVIVES")]
     lines += [
         f"    {category:<9} {failure}"
@@ -140,7 +153,11 @@ def summarize_categories(outcomes: list[Outcome]) -> tuple[str, bool]:
             lines.append(f"    {outcome.mutant.only_category:<9} {outcome.mutant.name}{suffix}")
             is_as_expected = is_as_expected and is_needed
     detected_count = sum(bool(outcome.first_failures) for outcome in outcomes)
-    lines.append(f"{detected_count} of {len(outcomes)} mutants detected")
+    broken_count = sum(bool(outcome.crash) for outcome in outcomes)
+    lines.append(
+        f"{detected_count} of {len(outcomes)} mutants detected"
+        + (f", {broken_count} broken" if broken_count else "")
+    )
     return "\n".join(lines), is_as_expected and detected_count == len(outcomes)
 
 

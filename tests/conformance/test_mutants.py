@@ -13,7 +13,10 @@ from run_mutants import (
     describe_outcome,
     main,
     summarize_categories,
+    try_mutant,
 )
+from runner.limits import Limits
+from runner.manifest import Suite
 
 ROOT = Path(__file__).resolve().parents[2]
 MIN_MUTANTS = 20
@@ -53,6 +56,20 @@ def test_a_surviving_mutant_is_reported_and_fails():
 
     assert "SURVIVES" in describe_outcome(outcome)
     assert summarize_categories([outcome])[1] is False
+
+
+def test_a_mutant_that_crashes_on_a_valid_stream_is_broken_and_not_detected():
+    edit = ("streams/chunk_reader.py", "if header.sequence != self.sequence:", "if no_such_name:")
+    suite = Suite.load(ROOT / "conformance")
+
+    outcome = try_mutant(Mutant("typo", (edit,)), ROOT / "quarc_ref", suite, Limits(60, 512), 1)
+
+    assert outcome.first_failures == {}
+    assert describe_outcome(outcome).startswith("typo: BROKEN, streams/still: crash: ")
+    assert "no_such_name" in outcome.crash
+    summary, is_as_expected = summarize_categories([outcome])
+    assert summary.endswith("0 of 1 mutants detected, 1 broken")
+    assert not is_as_expected
 
 
 def test_an_unneeded_category_fails():
