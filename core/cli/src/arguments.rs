@@ -13,7 +13,8 @@ quarc: moving Gaussian splats in .quarc streams
 
   quarc verify FILE            decode the whole stream and check its CRCs and totals
   quarc info FILE [--json]     describe the stream without decoding frames
-  quarc decode FILE -o DIR     write every frame as a 3DGS PLY file, frame-00000000.ply, ...
+  quarc decode FILE -o DIR     write every frame as a 3DGS PLY file, frame-00000000.ply, ...;
+                               DIR is made if missing; its files of these names are replaced
       --start F, --stop F      only frames from F on, and only frames before F
       --recover                continue after damage and report what is missing
   quarc conformance            answer the runner of conformance/: a stream on standard input

@@ -50,9 +50,12 @@ struct Written {
     numbers: Dequantizer,
 }
 
-/// Write the requested frames; the exit status is 1 if some are missing.
+/// Write the requested frames; the exit status is 1 if some are missing. The folder is made when
+/// the first frame is written, so that a stream without frames leaves none behind.
 pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
-    fs::create_dir_all(&wanted.folder).map_err(|error| Failure::file(&wanted.folder, &error))?;
+    if wanted.folder.exists() && !wanted.folder.is_dir() {
+        return Err(Failure::File(format!("{}: this is not a folder", name(&wanted.folder))));
+    }
     let mut written = Written::default();
     let ended = if wanted.recover {
         recover(files::open_seekable(&wanted.file)?, wanted, &mut written)
@@ -112,6 +115,10 @@ fn write_frame(state: &State, wanted: &Wanted, written: &mut Written) -> Result<
     let frame = state.frame_ordinal();
     let is_before_stop = |frame: u32| wanted.stop.map_or(true, |stop| frame < stop);
     if frame >= wanted.start && is_before_stop(frame) {
+        if written.frames == 0 {
+            let made = fs::create_dir_all(&wanted.folder);
+            made.map_err(|error| End::Failed(Failure::file(&wanted.folder, &error)))?;
+        }
         let path = wanted.folder.join(format!("frame-{frame:08}.ply"));
         let splats = written.numbers.dequantize(state);
         files::write_whole(&path, &build_ply(splats)).map_err(End::Failed)?;

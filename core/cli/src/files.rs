@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use quarc::source::IoSource;
-use std::fs::{self, File};
+use std::fs::{self, File, OpenOptions};
 use std::io::{self, Cursor, Read, Seek, Write};
 use std::path::Path;
 
@@ -61,7 +61,11 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut name = path.file_name().unwrap_or_default().to_owned();
     name.push(format!(".part-{}", std::process::id()));
     let beside = path.with_file_name(name);
-    let written = File::create(&beside)
+    let _ = fs::remove_file(&beside); // left by a process that was killed
+    let written = OpenOptions::new()
+        .write(true)
+        .create_new(true) // a symbolic link is not followed
+        .open(&beside)
         .and_then(|mut file| file.write_all(bytes))
         .and_then(|()| fs::rename(&beside, path));
     written.map_err(|error| {

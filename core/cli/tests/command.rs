@@ -142,6 +142,30 @@ fn only_requested_frames_are_written() {
 }
 
 #[test]
+fn the_output_folder_is_made_for_the_first_frame_and_other_files_stay() {
+    let folder = folder("output");
+    let decode = |stream: PathBuf, output: &Path| {
+        quarc(&["decode".as_ref(), stream.as_os_str(), "-o".as_ref(), output.as_os_str()])
+    };
+    let made = folder.join("a/b");
+    assert_fails(&decode(folder.join("none"), &made), 2, "none: ");
+    let damaged = folder.join("damaged.quarc");
+    fs::write(&damaged, b"no stream").expect("room");
+    assert_fails(&decode(damaged.clone(), &made), 1, "bad-magic");
+    assert!(!folder.join("a").exists());
+    assert_fails(&decode(stream("still"), &damaged), 2, "damaged.quarc: this is not a folder");
+    assert_fails(&decode(stream("still"), &damaged.join("c")), 2, "damaged.quarc/c: ");
+
+    assert_eq!(decode(stream("journey"), &made).status.code(), Some(0));
+    let first = made.join("frame-00000000.ply");
+    let journey = fs::read(&first).expect("a frame");
+    fs::write(made.join("notes.txt"), b"kept").expect("room");
+    assert_eq!(decode(stream("still"), &made).status.code(), Some(0));
+    assert_ne!(fs::read(&first).expect("a frame"), journey);
+    assert_eq!(names(&made).len(), 10);
+}
+
+#[test]
 fn recovery_writes_intact_frames_and_reports_gaps() {
     let folder = folder("damaged");
     let frames = folder.join("frames");
