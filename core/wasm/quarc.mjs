@@ -30,25 +30,47 @@ export class QuarcError extends Error {
   }
 }
 
+/** Return the content of a response, or what is given instead of one. */
+async function read(source) {
+  try {
+    const given = await source;
+    if (typeof Response === "undefined" || !(given instanceof Response)) return given;
+    if (!given.ok) throw new Error(`${given.url} has the status ${given.status}`);
+    return await given.arrayBuffer();
+  } catch (error) {
+    throw new Error(`quarc.wasm cannot be read: ${error.message}`, { cause: error });
+  }
+}
+
+/** An address as a number from 0 on: the module returns those above 2 GiB as negative numbers. */
+const address = (returned) => returned >>> 0;
+
 /** The module, and its memory. */
 export class Quarc {
   #functions;
   #scratch;
 
-  /** Load from a response, from the bytes of quarc.wasm, or from a compiled module. */
+  /**
+   * Load from a response, from the bytes of quarc.wasm, or from a compiled module; each may be a
+   * promise. Throws an Error that says what failed: the request, or what it returned.
+   */
   static async load(source) {
-    const given = await source;
-    if (given instanceof WebAssembly.Module) {
-      return new Quarc(await WebAssembly.instantiate(given, {}));
+    const given = await read(source);
+    try {
+      const module =
+        given instanceof WebAssembly.Module ? given : await WebAssembly.compile(given);
+      return new Quarc(await WebAssembly.instantiate(module, {}));
+    } catch (error) {
+      throw new Error(`this is not quarc.wasm: ${error.message}`, { cause: error });
     }
-    const isResponse = typeof Response !== "undefined" && given instanceof Response;
-    const bytes = isResponse ? await given.arrayBuffer() : given;
-    return new Quarc((await WebAssembly.instantiate(bytes, {})).instance);
   }
 
   constructor(instance) {
     this.#functions = instance.exports;
-    this.#scratch = this.#functions.quarc_allocate(SCRATCH_BYTES);
+    if (typeof this.#functions.quarc_allocate !== "function") {
+      throw new Error("the module lacks the functions of quarc.wasm");
+    }
+    this.#scratch = this.allocate(SCRATCH_BYTES);
   }
 
   /** The exports of the module. */
@@ -85,10 +107,17 @@ export class Quarc {
     return this.#scratch;
   }
 
-  /** The zero-terminated text at an address; null for address 0. */
-  text(place) {
-    if (place === 0) return null;
-    const bytes = new Uint8Array(this.#functions.memory.buffer, place);
+  /** The address of new memory. */
+  allocate(size) {
+    const place = address(this.#functions.quarc_allocate(size));
+    if (place === 0) throw new RangeError(`cannot allocate ${size} bytes`);
+    return place;
+  }
+
+  /** The zero-terminated text at an address that the module returned; null for address 0. */
+  text(returned) {
+    if (returned === 0) return null;
+    const bytes = new Uint8Array(this.#functions.memory.buffer, address(returned));
     return new TextDecoder().decode(bytes.slice(0, bytes.indexOf(0)));
   }
 
@@ -99,8 +128,7 @@ export class Quarc {
 
   /** Copy bytes into the module for the duration of `use`. */
   lend(bytes, use) {
-    const place = this.#functions.quarc_allocate(bytes.length);
-    if (place === 0) throw new RangeError(`cannot allocate ${bytes.length} bytes`);
+    const place = this.allocate(bytes.length);
     this.view(Uint8Array, place, bytes.length).set(bytes);
     try {
       return use(place);
@@ -122,8 +150,9 @@ class Decoder {
     this.#handle = handle;
   }
 
-  /** Append the next bytes of the stream. */
+  /** Append the next bytes of the stream, a Uint8Array. */
   push(bytes) {
+    if (!(bytes instanceof Uint8Array)) throw new TypeError("push needs a Uint8Array");
     this.#quarc.lend(bytes, (place) => {
       this.#check(this.#functions.quarc_push(this.#handle, place, bytes.length));
     });

@@ -33,6 +33,33 @@ function* numbers(seed) {
   }
 }
 
+test("errors on loading say what failed", async () => {
+  const url = "http://127.0.0.1:9/quarc.wasm"; // the discard port, on which nothing listens
+  await assert.rejects(Quarc.load(fetch(url)), /^Error: quarc.wasm cannot be read: /);
+  const missing = new Response("<html>", { status: 404 });
+  await assert.rejects(Quarc.load(missing), /^Error: quarc.wasm cannot be read: .* status 404$/);
+  const notWasm = /^Error: this is not quarc.wasm: /;
+  await assert.rejects(Quarc.load(new Response("<html>")), notWasm);
+  await assert.rejects(Quarc.load("quarc.wasm"), notWasm);
+  const empty = Uint8Array.of(0, 0x61, 0x73, 0x6d, 1, 0, 0, 0);
+  await assert.rejects(Quarc.load(empty), /quarc.wasm: the module lacks the functions/);
+  await assert.rejects(Quarc.load(new WebAssembly.Module(empty)), /lacks the functions/);
+});
+
+test("addresses above 2 GiB are not negative", () => {
+  const memory = { buffer: new Uint8Array(16).buffer };
+  const returned = -16; // of a 32-bit number without a sign: 2^32 - 16
+  const functions = { memory, quarc_allocate: () => returned, quarc_version: () => returned };
+  const quarc = new Quarc({ exports: functions });
+  assert.equal(quarc.scratch, 2 ** 32 - 16);
+  assert.throws(() => quarc.version, /4294967280 is outside the bounds/);
+});
+
+test("bytes are passed as a Uint8Array", async () => {
+  const decoder = (await load()).open();
+  assert.throws(() => decoder.push(new ArrayBuffer(8)), /needs a Uint8Array/);
+});
+
 test("the arrays of a state match its digest", async () => {
   const quarc = await load();
   for (const name of NAMES) {

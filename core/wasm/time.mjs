@@ -24,12 +24,15 @@ for (let { state } = decoder.pull(); state; { state } = decoder.pull()) {
   begin = end;
   if (times.length === Number(most)) break;
 }
+if (times.length === 0) throw new Error(`${path} has no frames`);
 const digest = decoder.digest();
 const [first, ...others] = times;
 others.sort((a, b) => a - b);
 const mean = others.reduce((sum, time) => sum + time, 0) / others.length;
+const median = others[others.length >> 1];
+const later =
+  others.length > 0 ? `then mean ${mean.toFixed(1)} ms, median ${median.toFixed(1)} ms; ` : "";
 console.log(
   `${times.length} frames, ${gaussians} Gaussians, ${digest.slice(0, 16)}: first ${first.toFixed(0)} ms, ` +
-    `then mean ${mean.toFixed(1)} ms, median ${others[others.length >> 1].toFixed(1)} ms; ` +
-    `memory ${(quarc.memoryBytes / 2 ** 20).toFixed(0)} MiB`,
+    `${later}memory ${(quarc.memoryBytes / 2 ** 20).toFixed(0)} MiB`,
 );

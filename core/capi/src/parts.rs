@@ -3,14 +3,26 @@
 use quarc::error::{Error, Result};
 use quarc::source::Source;
 use std::cell::RefCell;
-use std::collections::BTreeMap;
 use std::rc::Rc;
+
+/// Bytes of a stream from an offset on.
+#[derive(Debug)]
+struct Part {
+    offset: u64,
+    bytes: Vec<u8>,
+}
+
+impl Part {
+    fn end(&self) -> u64 {
+        self.offset + self.bytes.len() as u64
+    }
+}
 
 /// The loaded parts of a stream. A read stores the range it lacks in `missing`.
 #[derive(Debug, Default)]
 pub struct Parts {
-    /// The bytes of each part by its offset; a later part also ends later.
-    parts: BTreeMap<u64, Vec<u8>>,
+    /// By their offsets; a later part also ends later.
+    parts: Vec<Part>,
     /// Length of the stream in bytes, as far as it is known.
     pub size: u64,
     /// Whether this is the length of the whole stream.
@@ -27,52 +39,47 @@ impl Parts {
         }
         let end = offset + bytes.len() as u64;
         self.size = self.size.max(end);
-        let (place, known) = match self.parts.range_mut(..=offset).next_back() {
-            Some((&place, known)) if end_of(place, known) >= offset => (place, known),
-            _ => (offset, self.parts.entry(offset).or_default()),
-        };
-        let known_end = end_of(place, known);
-        if end <= known_end {
-            return;
-        }
-        known.extend_from_slice(&bytes[(known_end - offset) as usize..]);
-        while let Some((&later, inside)) = self.parts.range(place + 1..).next() {
-            if end_of(later, inside) > end {
-                break;
+        let next = self.count_up_to(offset);
+        let place = match self.parts[..next].last() {
+            Some(part) if part.end() >= offset => next - 1,
+            _ => {
+                self.parts.insert(next, Part { offset, bytes: Vec::new() });
+                next
             }
-            self.parts.remove(&later);
+        };
+        let part = &mut self.parts[place];
+        if end > part.end() {
+            let known = (part.end() - offset) as usize;
+            part.bytes.extend_from_slice(&bytes[known..]);
+            let later = &self.parts[place + 1..];
+            let inside = later.partition_point(|part| part.end() <= end);
+            self.parts.drain(place + 1..=place + inside);
         }
     }
 
     /// Discard bytes before an offset, once they are at least half of their part.
     pub fn forget_before(&mut self, place: u64) {
-        let Some((&last, _)) = self.parts.range(..=place).next_back() else { return };
-        while let Some(first) = self.parts.first_entry().filter(|first| *first.key() < last) {
-            first.remove();
+        let passed = self.count_up_to(place).saturating_sub(1);
+        self.parts.drain(..passed);
+        let Some(part) = self.parts.first_mut().filter(|part| part.offset <= place) else { return };
+        if place >= part.end() {
+            self.parts.remove(0);
+        } else if (place - part.offset) as usize >= part.bytes.len() / 2 {
+            part.bytes.drain(..(place - part.offset) as usize);
+            part.offset = place;
         }
-        let mut bytes = self.parts.remove(&last).unwrap_or_default();
-        let passed = (bytes.len() as u64).min(place - last) as usize;
-        let offset = if passed < bytes.len() / 2 {
-            last
-        } else {
-            bytes.drain(..passed);
-            place
-        };
-        if !bytes.is_empty() {
-            self.parts.insert(offset, bytes);
-        }
+    }
+
+    /// The number of parts that begin at an offset or before it.
+    fn count_up_to(&self, place: u64) -> usize {
+        self.parts.partition_point(|part| part.offset <= place)
     }
 
     /// The known bytes from an offset on; `None` if the first of them is missing.
     fn known_at(&self, place: u64) -> Option<&[u8]> {
-        let (&offset, bytes) = self.parts.range(..=place).next_back()?;
-        (place < end_of(offset, bytes)).then(|| &bytes[(place - offset) as usize..])
+        let part = self.parts[..self.count_up_to(place)].last()?;
+        (place < part.end()).then(|| &part.bytes[(place - part.offset) as usize..])
     }
-}
-
-/// The offset after the last byte of a part.
-fn end_of(offset: u64, bytes: &[u8]) -> u64 {
-    offset + bytes.len() as u64
 }
 
 /// Parts that a decoder reads while others are stored.
@@ -83,7 +90,7 @@ impl SharedParts {
     /// A completely loaded stream.
     pub fn whole(bytes: Vec<u8>) -> Self {
         let size = bytes.len() as u64;
-        let parts = BTreeMap::from([(0, bytes)]);
+        let parts = vec![Part { offset: 0, bytes }];
         SharedParts(Rc::new(RefCell::new(Parts { parts, size, is_whole: true, missing: None })))
     }
 }
