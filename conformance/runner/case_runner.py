@@ -8,7 +8,7 @@ from typing import Any
 from runner.cases import Case
 from runner.judge import Verdict, judge
 from runner.limits import Limits
-from runner.manifest import Suite
+from runner.manifest import LEVELS, Suite
 from runner.process import CRASH, STATUS, CodecProcess, FaultError
 
 Line = dict[str, Any]
@@ -28,11 +28,17 @@ def query_capabilities(command: str, limits: Limits) -> Line:
         capabilities = next(iter(decoder.read_lines()), {})
     decoder.kill()
     names = (capabilities.get("capabilities"), capabilities.get("units", []))
-    return capabilities if all(map(_is_text_list, names)) else {}
+    levels = capabilities.get("levels", list(LEVELS))
+    is_valid = all(map(_is_text_list, names)) and _is_level_list(levels)
+    return capabilities if is_valid else {}
 
 
 def _is_text_list(value: object) -> bool:
     return isinstance(value, list) and all(isinstance(item, str) for item in value)
+
+
+def _is_level_list(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and all(level in LEVELS for level in value)
 
 
 class CaseRunner:

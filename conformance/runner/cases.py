@@ -1,10 +1,10 @@
 """Cases: inputs for a decoder, each with the expected output."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from runner.manifest import Suite
+from runner.manifest import LEVELS, Suite
 
 Line = dict[str, Any]
 MODES = ("decode", "numbers", "seek", "recover", "grow", "unit")
@@ -40,17 +40,21 @@ def list_tested_capabilities(capabilities: Line, *, with_jobs: bool) -> Line:
     """Return those capabilities of a decoder that can be tested, with or without jobs."""
     tested = (*_CAPABILITIES, *_CAPABILITIES_OF_JOBS * with_jobs)
     names = [name for name in capabilities.get("capabilities", []) if name in tested]
-    return {"capabilities": names, "units": capabilities.get("units", []) if with_jobs else []}
+    units = capabilities.get("units", []) if with_jobs else []
+    levels = {"levels": capabilities["levels"]} if "levels" in capabilities else {}
+    return {"capabilities": names, "units": units, **levels}
 
 
 def list_cases(suite: Suite, capabilities: Line) -> Iterator[Case]:
     """Yield the cases that a decoder with these capabilities must pass."""
     supported = set(capabilities.get("capabilities", []))
+    other_levels = set(LEVELS).difference(capabilities.get("levels", LEVELS))
     for entry in suite.vectors.values():
         if entry.get("needs", "") in {"", *supported}:
-            yield from (
-                case for case in _list_vector_cases(entry) if case.mode in {"decode", *supported}
-            )
+            cases = [c for c in _list_vector_cases(entry) if c.mode in {"decode", *supported}]
+            if other_levels and suite.read_level(entry["name"]) in other_levels:
+                cases = [replace(c, expected=c.expected | {"may_decline": True}) for c in cases]
+            yield from cases
     for unit in suite.units:
         if unit["function"] in capabilities.get("units", []):
             yield from _list_unit_cases(unit)

@@ -15,7 +15,7 @@ from runner.case_runner import CaseRunner, split_chunks
 from runner.cases import Case
 from runner.judge import PASS, Verdict
 from runner.limits import Limits
-from runner.manifest import Suite
+from runner.manifest import LEVEL_OFFSET, Suite
 from runner.process import CodecProcess, FaultError
 
 Line = dict[str, Any]
@@ -25,7 +25,6 @@ LEVEL_LIMITS = {
     30: (1 << 20, 65536, 1 << 26),
 }
 _UNLIMITED_LEVEL = 31
-_LEVEL_OFFSET_IN_HEAD = 10
 _FRAME_KEYS = {"frame", "gaussians", "sha256", "values"}
 _FIELD_SIZES = {
     "position": 3,
@@ -112,7 +111,7 @@ def _decode(decoder: str, stream: bytes, limits: Limits) -> list[Line]:
 def _judge_level(declared_level: int, stream: bytes, decoded: list[Line]) -> Verdict | None:
     """Check that the declared level and the level in HEAD are both the lowest sufficient level."""
     chunks = [chunk for chunk, _ in split_chunks(stream)]
-    head_level = chunks[0][8 + 20 + _LEVEL_OFFSET_IN_HEAD]
+    head_level = chunks[0][LEVEL_OFFSET]
     payloads = [chunk[20:-4] for chunk in chunks[1:]]
     birth_counts = [
         int.from_bytes(p[9:13], "little")

@@ -34,13 +34,13 @@ def judge(case: Case, lines: list[Line]) -> Verdict:
             return Verdict("garbage", f"a line has none of the keys of RUNNER.md: {str(line)[:80]}")
     if case.mode == "unit":
         return _judge_unit(case, lines)
-    if case.mode == "numbers":
-        return _judge_numbers(case, lines)
     end_lines = [line for line in lines if "refused" in line or "declined" in line]
     if len(end_lines) > 1 or (end_lines and lines[-1] is not end_lines[0]):
         return Verdict("extra", "lines follow the line with `refused` or `declined`")
     if end_lines and "declined" in end_lines[0] and case.expected.get("may_decline"):
         return Verdict(PASS)
+    if case.mode == "numbers":
+        return _judge_numbers(case, lines)
     return _judge_frames(case, lines) or _judge_end(case, end_lines) or _judge_gaps(case, lines)
 
 

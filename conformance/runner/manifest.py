@@ -7,6 +7,9 @@ from pathlib import Path
 from typing import Any
 
 Entry = dict[str, Any]
+LEVELS = (10, 20, 30, 31)
+LEVEL_OFFSET = 8 + 20 + 10
+"""Offset of the level in a stream: after the magic, the header of HEAD and 10 bytes of payload."""
 
 
 class SuiteError(Exception):
@@ -64,6 +67,12 @@ class Suite:
             message = f"the SHA-256 of {name} differs from the manifest"
             raise SuiteError(message)
         return data
+
+    def read_level(self, name: str) -> int | None:
+        """Return the level in the HEAD chunk of a stream; None if there is no such chunk."""
+        data = self.read_stream(name)
+        is_head = data[12:16] == b"HEAD" and len(data) > LEVEL_OFFSET
+        return data[LEVEL_OFFSET] if is_head else None
 
     def _read(self, file: str) -> bytes:
         try:

@@ -77,7 +77,8 @@ class Report:
         lines = [f"{self.tool}: {self.command}"]
         if self.tool == "decoder":
             capabilities = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
-            lines.append(f"tested: {capabilities}")
+            levels = ", ".join(map(str, self.capabilities.get("levels", [])))
+            lines.append(f"tested: {capabilities}" + (f"; levels {levels}" if levels else ""))
         lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.message}" for r in failed]
         sections = {"category": "category", **({"clause": "clauses"} if clauses else {})}
         for title, key in sections.items():

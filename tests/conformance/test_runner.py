@@ -163,7 +163,14 @@ def test_reports_escape_control_characters(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "answer", ['{"capabilities": [1, {}]}', '{"capabilities": ["jobs"], "units": 5}', "[" * 5000]
+    "answer",
+    [
+        '{"capabilities": [1, {}]}',
+        '{"capabilities": ["jobs"], "units": 5}',
+        '{"capabilities": ["jobs"], "levels": []}',
+        '{"capabilities": ["jobs"], "levels": [11]}',
+        "[" * 5000,
+    ],
 )
 def test_any_answer_to_capabilities_is_allowed(answer, tmp_path):
     completed = run_conformance(make_decoder(tmp_path, f"print({answer!r})"))
@@ -206,6 +213,25 @@ def test_only_known_capabilities_are_reported_as_tested(tmp_path):
     completed = run_conformance(make_decoder(tmp_path, f"print({line!r})"))
 
     assert "tested: decode, jobs, updates\n" in completed.stdout
+
+
+@pytest.mark.parametrize(("levels", "declined"), [("[10]", 5), ("[10, 20, 30, 31]", 0)])
+def test_a_decoder_may_decline_levels_that_it_does_not_claim(tmp_path, levels, declined):
+    program = tmp_path / "decoder.py"
+    line = f'{{"capabilities": ["grow"], "levels": {levels}}}'
+    program.write_text(
+        "import sys\n"
+        f"print({line!r} if sys.argv[1:] else '{{\"declined\": \"level\"}}')\n"
+        "sys.exit(0 if sys.argv[1:] else 3)\n"
+    )
+    selected = ("levels/20", "levels/30", STILL_VECTOR)
+
+    completed = run_conformance(f"{sys.executable} {program}", selected=selected)
+
+    assert completed.returncode == 1
+    assert f"levels {levels[1:-1]}\n" in completed.stdout
+    assert f"  refused      {STILL_VECTOR}: declined: level\n" in completed.stdout
+    assert f"{declined} of 6 cases passed" in completed.stdout
 
 
 @pytest.mark.parametrize("limit", ["0", "-1", "nan", "inf", "much"])
