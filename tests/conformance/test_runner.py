@@ -221,7 +221,7 @@ def test_a_decoder_may_decline_levels_that_it_does_not_claim(tmp_path, levels, d
     line = f'{{"capabilities": ["grow"], "levels": {levels}}}'
     program.write_text(
         "import sys\n"
-        f"print({line!r} if sys.argv[1:] else '{{\"declined\": \"level\"}}')\n"
+        f'print({line!r} if sys.argv[1:] else \'{{"declined": "level"}}\')\n'
         "sys.exit(0 if sys.argv[1:] else 3)\n"
     )
     selected = ("levels/20", "levels/30", STILL_VECTOR)
