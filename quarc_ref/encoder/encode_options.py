@@ -27,8 +27,6 @@ class EncodeOptions:
         checks: Whether to check the capture before frame 0 is trained.
         report: Called with every finding (a reason to expect poor quality).
         monitor: Called for every training step and every frame.
-        first_frame: Number of frame 0 in the capture of which the encoded frames are a segment;
-            error messages add it to the numbers of frames.
     """
 
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))
@@ -39,7 +37,6 @@ class EncodeOptions:
     checks: bool = True
     report: FindingCallback = ignore_finding
     monitor: Monitor = field(default_factory=NullMonitor)
-    first_frame: int = 0
 
     def check(self, capture: Capture) -> None:
         """If `checks` is set, check a capture and report the findings.

@@ -124,7 +124,6 @@ class _Encoding:
         self._capture = capture
         self._context = _make_context(capture, options)
         self._report = options.report
-        self._first_frame = capture.start + options.first_frame
         config = limit_gaussians(options.config, len(capture.training))
         self._config = adapt_steps_to_capture(config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
@@ -150,7 +149,7 @@ class _Encoding:
 
     def name_next_frame_in_errors(self) -> AbstractContextManager[None]:
         """Return a context in which the message of an EncodeError names the next frame."""
-        return name_frame_in_errors(self._first_frame + self.next_frame, " of the capture")
+        return name_frame_in_errors(self._capture.start + self.next_frame, " of the capture")
 
     def add_first_frame(self, sink: BinaryIO) -> None:
         """Train and write frame 0."""

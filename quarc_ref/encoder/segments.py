@@ -36,7 +36,7 @@ class Segment:
     Attributes:
         folder: Folder of the capture.
         capture_options: Options of `open_capture`.
-        options: Options of the encode; `frames` and `first_frame` are ignored.
+        options: Options of the encode; `frames` is ignored.
         first: First frame of the segment.
         count: Number of frames in the segment.
         file: File for the stream of the segment. If the file contains a partial stream, the
@@ -112,9 +112,7 @@ def encode_segment(segment: Segment) -> list[Finding]:
     capture = slice_capture(
         open_capture(segment.folder, segment.capture_options), segment.first, segment.count
     )
-    options = replace(
-        segment.options, frames=None, report=findings.append, first_frame=segment.first
-    )
+    options = replace(segment.options, frames=None, report=findings.append)
     encode_file(capture, segment.file, options)
     return findings
 
@@ -154,7 +152,7 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         fingerprint=capture.fingerprint,
         max_cache_bytes=0,  # the underlying capture has a cache
         full_capture=capture.full_capture,
-        start=capture.start,
+        start=capture.start + first,
         notes=capture.notes,
         masks=_OffsetMasks(capture, first) if capture.masks else None,
     )

@@ -4,6 +4,7 @@ Canonical frames do not depend on earlier frames (SPEC 7.2), so no frame is deco
 re-encoded. Only the frame numbers of keyframes change; states and digests stay the same.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -30,9 +31,10 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     The first stream keeps its frame numbers; those of the other streams are shifted. HEAD is
     copied from the first stream, except that its level is the highest level of all streams.
     Cameras must be the same in all streams. Only the metadata entries that are the same in all
-    streams are kept, and `start` of the first stream. Ancillary chunks of unknown types keep their
-    places between frames; identical chunks before the first frames of several streams are copied
-    only once.
+    streams are kept, and `start` of the first stream; `start` and `fingerprint` are dropped if the
+    frames of the streams do not follow each other in the capture. Ancillary chunks of unknown types
+    keep their places between frames; identical chunks before the first frames of several streams
+    are copied only once.
 
     Args:
         sources: Streams, which are read twice, so pipes are not allowed.
@@ -70,11 +72,13 @@ class _Part:
         head: Payload of HEAD.
         cameras: Content of the last `came` chunk; None if there is none.
         metadata: Content of the last `meta` chunk; None if there is none.
+        frames: Ordinals of the frames.
     """
 
     head: bytes
     cameras: tuple[Camera, ...] | None
     metadata: dict[str, str] | None
+    frames: range
 
 
 @contextmanager
@@ -88,17 +92,19 @@ def _prefix_errors(number: int) -> Iterator[None]:
 
 
 def _inspect_part(source: Source) -> _Part:
-    walk = FrameWalk(source)
-    latest_payloads = {
-        step.header.kind: walk.take(step).payload
-        for step in walk
-        if step.header.kind in (container.CAME, container.META)
-    }
+    walk, frames = FrameWalk(source), range(0)
+    latest_payloads = {}
+    for step in walk:
+        if step.header.kind in (container.CAME, container.META):
+            latest_payloads[step.header.kind] = walk.take(step).payload
+        elif step.is_frame and step.frame is not None:
+            frames = range(frames.start if frames else step.frame, step.frame + 1)
     came, meta = latest_payloads.get(container.CAME), latest_payloads.get(container.META)
     return _Part(
         walk.head,
         None if came is None else wire.parse_cameras(came),
         None if meta is None else wire.parse_metadata(meta),
+        frames,
     )
 
 
@@ -194,12 +200,32 @@ def _common_metadata(parts: Sequence[_Part]) -> dict[str, str]:
     """Return the entries that are the same in all streams, in the order of the first stream.
 
     `start` is the number that frame 0 of the stream has in the capture. It is that of the first
-    stream, whose frame numbers do not change.
+    stream, whose frame numbers do not change. If the frames are not consecutive in the capture,
+    neither `start` nor `fingerprint` is returned, because the joined stream is not of that capture.
     """
     metadata_by_part = [part.metadata or {} for part in parts]
+    capture_keys = {"start", "fingerprint"} if not _are_consecutive(parts) else set()
     return {
         key: text
         for key, text in metadata_by_part[0].items()
-        if key == "start"
-        or all(part_metadata.get(key) == text for part_metadata in metadata_by_part)
+        if key not in capture_keys
+        and (
+            key == "start"
+            or all(part_metadata.get(key) == text for part_metadata in metadata_by_part)
+        )
     }
+
+
+def _are_consecutive(parts: Sequence[_Part]) -> bool:
+    """Return whether each stream begins with the frame of the capture after the previous stream."""
+    next_frame = None
+    for part in parts:
+        start = (part.metadata or {}).get("start", "0")
+        if not part.frames:
+            continue
+        if not re.fullmatch("[0-9]{1,9}", start):
+            return False
+        if next_frame not in (None, int(start) + part.frames.start):
+            return False
+        next_frame = int(start) + part.frames.stop
+    return True

@@ -49,6 +49,7 @@ def test_a_segment_of_a_capture_has_its_own_pictures():
     assert not np.array_equal(segment.image(1, 0), capture.image(1, 0))
     with pytest.raises(ValueError, match="frame 3"):
         segment.image(0, 3)
+    assert segment.start == capture.start + 2
     for name in ("name", "cameras", "frames_per_second", "points", "fingerprint", "training"):
         assert getattr(segment, name) == getattr(capture, name)
 
@@ -63,7 +64,7 @@ def test_errors_of_a_segment_name_the_frame_of_the_capture(monkeypatch, start, f
     capture.start = start
     monkeypatch.setattr(encode_stream._Encoding, failing, fail)
     with pytest.raises(EncodeError) as caught:
-        encode(slice_capture(capture, 2, 3), io.BytesIO(), replace(_OPTIONS, first_frame=2))
+        encode(slice_capture(capture, 2, 3), io.BytesIO(), _OPTIONS)
 
     frame = start + (2 if failing == "add_first_frame" else 3)
     assert str(caught.value) == f"frame {frame} of the capture: no room"

@@ -155,6 +155,14 @@ def test_the_first_frame_in_the_capture_is_that_of_the_first_stream():
     assert _read(join_bytes(*parts)).metadata == {"start": "30"}
 
 
+@pytest.mark.parametrize(("starts", "is_kept"), [((30, 33), True), ((30, 34), False)])
+def test_the_fingerprint_is_kept_only_if_the_frames_are_consecutive(starts, is_kept):
+    metadata = [{"fingerprint": "f", "start": str(start)} for start in starts]
+    parts = [_replace_payloads(_SHORT, {b"meta": wire.build_metadata(each)}) for each in metadata]
+
+    assert _read(join_bytes(*parts)).metadata == (metadata[0] if is_kept else {})
+
+
 def test_streams_without_cameras_and_metadata_join_without_them():
     stream = _replace_payloads(_SHORT, {b"meta": None, b"came": None})
 
