@@ -37,6 +37,19 @@ class Points:
     colors: NDArray[np.uint8]
 
 
+def require_finite(positions: NDArray[np.float32]) -> None:
+    """Raise ValueError if the position `[P, 3]` of a point is not finite."""
+    invalid_rows = np.flatnonzero(~np.isfinite(positions).all(axis=1))
+    if invalid_rows.size:
+        row = int(invalid_rows[0])
+        text = ", ".join(f"{number:g}" for number in positions[row])
+        message = (
+            f"{invalid_rows.size} of {len(positions)} points have positions that are not finite, "
+            f"the first of them point {row} ({text}): remove these points"
+        )
+        raise ValueError(message)
+
+
 def join_points(parts: Sequence[Points]) -> Points:
     """Concatenate one or more sets of points."""
     positions: NDArray[np.float32] = np.concatenate([part.positions for part in parts])

@@ -8,9 +8,14 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.capture import Points, require_finite
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePointsError
-from quarc_ref.datasets.ply_table import build_ply_table, parse_ply_header, read_ply_columns
+from quarc_ref.datasets.ply_table import (
+    Columns,
+    build_ply_table,
+    parse_ply_header,
+    read_ply_columns,
+)
 from quarc_ref.files import write_file
 
 _AXES = ("x", "y", "z")
@@ -37,9 +42,14 @@ def read_points_ply(path: Path) -> Points:
     except OSError as error:
         raise MissingFileError.of(path, error) from error
     try:
-        return _parse_points(data)
+        columns = _read_columns(data)
     except ValueError as error:
         message = f"{path}: {error}; export it as a binary PLY with x, y, z, red, green and blue"
+        raise UnreadablePointsError(message) from error
+    try:
+        return _make_points(columns)
+    except ValueError as error:
+        message = f"{path}: {error}"
         raise UnreadablePointsError(message) from error
 
 
@@ -58,15 +68,16 @@ def write_points_ply(path: Path, points: Points) -> None:
     write_file(path, build_ply_table(rows))
 
 
-def _parse_points(data: bytes) -> Points:
+def _read_columns(data: bytes) -> Columns:
     header = parse_ply_header(data)
     _require_properties(header.property_types)
-    columns = read_ply_columns(data, header)
+    return read_ply_columns(data, header)
+
+
+def _make_points(columns: Columns) -> Points:
     with np.errstate(over="ignore"):
         positions = np.stack([columns[name] for name in _AXES], axis=1).astype(np.float32)
-    if not np.isfinite(positions).all():
-        message = "a coordinate of a point is not finite"
-        raise ValueError(message)
+    require_finite(positions)
     colors = np.stack([columns[name] for name in _COLOR_CHANNELS], axis=1).astype(np.float64)
     if not ((colors >= 0) & (colors <= _MAX_COLOR)).all():
         message = f"a color is not between 0 and {_MAX_COLOR}"

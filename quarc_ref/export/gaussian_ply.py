@@ -85,7 +85,7 @@ def parse_ply(data: bytes) -> Splats:
         )
         raise ValueError(message)
     columns = read_ply_columns(data, header)
-    return _build_splats({name: _to_float32(columns[name]) for name in names}, rest_count)
+    return _build_splats({name: _to_float32(name, columns[name]) for name in names}, rest_count)
 
 
 def _build_splats(columns: dict[str, NDArray[np.float32]], rest_count: int) -> Splats:
@@ -113,11 +113,13 @@ def _build_splats(columns: dict[str, NDArray[np.float32]], rest_count: int) -> S
     )
 
 
-def _to_float32(column: NDArray[np.generic]) -> NDArray[np.float32]:
+def _to_float32(name: str, column: NDArray[np.generic]) -> NDArray[np.float32]:
     with np.errstate(over="ignore"):
         numbers = np.ascontiguousarray(column, dtype=np.float32)
-    if not np.isfinite(numbers).all():
-        message = "a number in the file is not finite"
+    invalid_rows = np.flatnonzero(~np.isfinite(numbers))
+    if invalid_rows.size:
+        row = int(invalid_rows[0])
+        message = f"{name} of Gaussian {row} is {column[row]}, which is not a finite float32 number"
         raise ValueError(message)
     return numbers
 

@@ -110,7 +110,7 @@ def test_other_properties_and_elements_are_skipped(path):
         (make_ply(b"1 2 3 4 5 x\n", ply_format="ascii 1.0"), "could not convert"),
         (make_ply(b"1 2 3 4 5 256\n", ply_format="ascii 1.0"), "color is not between"),
         (make_ply(b"1 2 3 4 5 nan\n", ply_format="ascii 1.0"), "color is not between"),
-        (make_ply(b"1 2 inf 4 5 6\n", ply_format="ascii 1.0"), "not finite"),
+        (make_ply(b"1 2 inf 4 5 6\n", ply_format="ascii 1.0"), r"point 0 \(1, 2, inf\): remove"),
         (make_ply(b"1 2 1e300 4 5 6\n", ply_format="ascii 1.0"), "not finite"),
         (make_ply(b"\xff" * 15), "not finite"),
         (make_ply(POINT_BYTES, [*PROPERTIES, "list uchar int other"]), "is not supported"),

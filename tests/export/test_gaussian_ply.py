@@ -145,7 +145,7 @@ def _build_with_opacity(value):
         (lambda good: good.replace(b"float rot_3", b"float turn"), "no property rot_3"),
         (lambda good: good.replace(b"float rot_3", b"uchar rot_3"), "no property rot_3"),
         (lambda good: good.replace(b"float nx", b"float f_rest_0"), "1 properties f_rest"),
-        (lambda _: _build_with_opacity(np.inf), "not finite"),
+        (lambda _: _build_with_opacity(np.inf), "opacity of Gaussian 0 is inf"),
     ],
 )
 def test_other_files_than_gaussian_ply_are_rejected_by_name(make_data, message):

@@ -16,7 +16,7 @@ import numpy as np
 
 from quarc_ref.datasets.arrangements import find_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, make_pose
-from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.capture import Points, require_finite
 from quarc_ref.datasets.colmap_cameras import make_lens
 from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
@@ -146,7 +146,5 @@ def _make_points(model: pycolmap.Reconstruction) -> Points | None:
         return None
     with np.errstate(over="ignore"):
         positions = np.array([point.xyz for point in points]).astype(np.float32)
-    if not np.isfinite(positions).all():
-        message = "a coordinate of a point is not finite"
-        raise ValueError(message)
+    require_finite(positions)
     return Points(positions, np.array([point.color for point in points], dtype=np.uint8))
