@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.encode_stream import encode
 from quarc_ref.encoder.resume.checkpoint import checkpoint_path
-from quarc_ref.encoder.resume.partial_stream import read_partial_stream
+from quarc_ref.encoder.resume.partial_stream import read_partial_stream, require_match
 from quarc_ref.files.locks import is_still_at, lock_file, open_regular_file
 from quarc_ref.format.errors import ResumeError
 from quarc_ref.streams.sources import FileSource
@@ -62,6 +63,10 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
         ResumeError: The file contains a stream of another encode.
     """
     partial_stream = read_partial_stream(FileSource(file))
+    if partial_stream is not None and not partial_stream.frames:
+        metadata = describe_encode(capture, options.config, options.device)
+        require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
+        partial_stream = None
     if partial_stream is None:
         file.truncate(file.seek(0))
     encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), partial_stream)

@@ -143,7 +143,10 @@ def test_resume_keeps_a_finished_file_and_rejects_other_settings(capture, encode
     assert {**json_output, **varying_values} == {**encoded_stream.json_output, **varying_values}
     assert json_output["findings"] == []
     assert rejected_run.exit_code == 2
-    assert rejected_run.stderr.splitlines()[-1].endswith("these differ: motion.lr")
+    assert rejected_run.stderr.splitlines()[-1].endswith(
+        "these differ: motion.lr; encode to another file, or use --force without --resume to "
+        "replace the stream"
+    )
     assert file.stat().st_mtime_ns == modified_before
 
 

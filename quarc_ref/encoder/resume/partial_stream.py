@@ -32,8 +32,9 @@ class PartialStream:
         header: Header from the HEAD chunk.
         cameras: Cameras from the `came` chunk.
         metadata: Metadata from the `meta` chunk.
-        frames: Chunks of the complete frames; the first frame is canonical.
-        end: Offset of the end of the last complete frame, bytes.
+        frames: Chunks of the complete frames; the first frame is canonical. If no frame is
+            complete, an encode starts again.
+        end: Offset of the end of the last complete frame, bytes; 0 if there is none.
         is_finished: Whether the stream ends with TAIL.
     """
 
@@ -51,10 +52,10 @@ def read_partial_stream(source: Source) -> PartialStream | None:
     Bytes after the last complete frame are ignored: an interrupted write may have left them.
 
     Returns:
-        The partial stream; None if the stream has no complete frame.
+        The partial stream; None if the source ends before the first frame.
 
     Raises:
-        BitstreamError: The source is not a stream.
+        BitstreamError: The source is not a stream, or its first chunk is damaged.
         ResumeError: The chunks are not in the order in which this encoder writes them.
     """
     chunks: list[Chunk] = []
@@ -65,7 +66,7 @@ def read_partial_stream(source: Source) -> PartialStream | None:
     except TruncatedError:
         pass
     except BitstreamError:
-        if not any(chunk.kind in container.FRAME_TYPES for chunk in chunks):
+        if not chunks:
             raise
     return _build_partial_stream(chunks)
 
@@ -82,15 +83,15 @@ def _build_partial_stream(chunks: Sequence[Chunk]) -> PartialStream | None:
     if tuple(chunk.kind for chunk in prologue) != _PROLOGUE[: len(chunks)] or unexpected_kinds:
         message = "the chunks of the stream are not in the order in which this encoder writes them"
         raise ResumeError(message)
-    if not frames:
+    if len(prologue) < prologue_length:
         return None
     return PartialStream(
         wire.parse_stream_header(prologue[0].payload),
         wire.parse_cameras(prologue[1].payload),
         wire.parse_metadata(prologue[2].payload),
         frames,
-        frames[-1].offset + frames[-1].byte_count(),
-        other_chunks[-1].kind == container.TAIL,
+        frames[-1].offset + frames[-1].byte_count() if frames else 0,
+        bool(frames) and other_chunks[-1].kind == container.TAIL,
     )
 
 
@@ -115,7 +116,8 @@ def require_match(
     if differences:
         message = (
             "the partial stream was encoded with different inputs; these differ: "
-            f"{', '.join(_DIFFERENCE_DESCRIPTIONS.get(name, name) for name in differences)}"
+            f"{', '.join(_DIFFERENCE_DESCRIPTIONS.get(name, name) for name in differences)}; "
+            "encode to another file, or use --force without --resume to replace the stream"
         )
         raise ResumeError(message)
 
