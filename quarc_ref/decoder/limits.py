@@ -37,6 +37,15 @@ def check_birth_count(header: StreamHeader, count: int, gaussian_count: int) -> 
     _decline_above(_DECODER_LIMITS.gaussians, gaussian_count + count, "Gaussians")
 
 
+def check_payload_bytes(byte_count: int) -> None:
+    """Decline a payload that is too long for this decoder; its level has been checked before.
+
+    Raises:
+        LimitError: The number is above this decoder's limit at the unlimited level.
+    """
+    _decline_above(_DECODER_LIMITS.chunk_bytes, byte_count, "bytes of a payload")
+
+
 def find_max_births(header: StreamHeader, gaussian_count: int) -> int:
     """Return the largest number of births that this decoder accepts in a frame.
 

@@ -8,6 +8,7 @@ payload is read or memory is allocated for it.
 import zlib
 from collections.abc import Iterator
 
+from quarc_ref.decoder.limits import check_payload_bytes
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, MAGIC
 from quarc_ref.format.container import Chunk, ChunkHeader
@@ -114,7 +115,9 @@ class ChunkReader:
 
         Raises:
             ContainerError: The chunk is invalid.
+            LimitError: The payload is too long for this decoder.
         """
+        check_payload_bytes(header.length)
         data = self.source.read(header.payload_offset, header.length + CHUNK_CRC_BYTES)
         chunk = container.make_chunk(header, data)
         if header.kind == container.HEAD:

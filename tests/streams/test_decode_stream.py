@@ -1,9 +1,13 @@
+import zlib
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format import container, wire
+from quarc_ref.format.constants import MAGIC
 from quarc_ref.format.container import Chunk
 from quarc_ref.format.errors import (
     BitstreamError,
@@ -21,7 +25,7 @@ from quarc_ref.format.errors import (
     TruncatedError,
 )
 from quarc_ref.format.records import SeekPoint, StreamHeader, Tail
-from quarc_ref.streams import decode
+from quarc_ref.streams import decode, recover
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.small_streams import CAMERA, make_stream, rebuild_stream
 
@@ -69,6 +73,19 @@ def test_a_frame_beyond_the_decoders_limits_is_declined_and_not_rejected(kind, o
 
     with pytest.raises(LimitError, match=r"(Gaussians|births) .* this decoder"):
         list(decode(_change_chunks(change)))
+
+
+@pytest.mark.parametrize("read", [decode, recover])
+@pytest.mark.parametrize(("byte_count", "error"), [(1 << 26, None), ((1 << 26) + 1, LimitError)])
+def test_a_payload_beyond_the_decoders_limit_is_declined_before_it_is_read(read, byte_count, error):
+    head = bytearray(_find_chunk(container.HEAD).payload)
+    head[10] = 31
+    fields = wire.build_chunk_header(container.CANO, 1, byte_count, 0)[:-4]
+    data = MAGIC + container.build_chunk(container.HEAD, 0, bytes(head))
+    data += fields + zlib.crc32(fields).to_bytes(4, "little")
+
+    with pytest.raises(error) if error else suppress(TruncatedError):
+        list(read(data))
 
 
 def _put_number(payload, offset, value):

@@ -215,7 +215,7 @@ impl ChunkOrder {
     ///
     /// # Errors
     /// `bad-sync`, `truncated`, `header-crc`, `sequence`, `bad-chunk-type`, `unknown-critical`,
-    /// `chunk-order`, `chunk-exceeds-level`.
+    /// `chunk-order`, `chunk-exceeds-level`; [`Error::Limit`] at the unlimited level.
     pub fn accept(&self, data: &[u8]) -> Result<ChunkHeader> {
         let header = parse_chunk_header(data, self.offset)?; // [5.2-5]
         self.check(&header).map_err(|error| error.at(self.offset))?;
@@ -256,6 +256,14 @@ impl ChunkOrder {
                 format!("a payload of {} bytes exceeds the limit of {}", header.length, self.limit);
             return Err(Error::new(Reject::ChunkExceedsLevel, message)); // [3.2-4] [5.2-6] [5.2-7]
         }
+        let own = bounded_limit(self.limit);
+        if header.length > own && is_known(header.kind) {
+            let message = format!(
+                "a payload of {} bytes exceeds this decoder's limit of {own}",
+                header.length
+            );
+            return Err(Error::Limit(message));
+        }
         Ok(())
     }
 
@@ -273,9 +281,10 @@ impl ChunkOrder {
     }
 }
 
-/// The payload limit in which the effort of a recovery is measured (SPEC 11.4).
+/// A payload limit or, at the unlimited level, that of level 30: it bounds what this decoder holds in
+/// memory (SPEC 13) and the effort of a recovery (SPEC 11.4).
 #[must_use]
-pub fn effort_limit(limit: u32) -> u32 {
+pub fn bounded_limit(limit: u32) -> u32 {
     let bounded = Level::of(30).map_or(limit, |level| level.chunk_bytes);
     limit.min(bounded)
 }

@@ -1,7 +1,7 @@
 //! Streams with random changes and corrected CRCs never cause a panic, and all ways of reading
 //! reject the same ones.
 
-use quarc::chunks::{build_chunk, HEAD, MAGIC};
+use quarc::chunks::{build_chunk, HEAD, MAGIC, SYNC};
 use quarc::error::Error;
 use quarc::reader::{Chunk, ChunkReader};
 use quarc::recover::{Recovered, Recovery};
@@ -152,5 +152,25 @@ fn a_truncated_stream_gives_its_complete_frames() {
         let id = error.and_then(|error| error.reject()).map(quarc::error::Reject::id);
         assert_eq!(id, Some("truncated"), "cut at {end}");
         assert!(recover(&stream[..end]).len() == digests.len(), "cut at {end}");
+    }
+}
+
+/// A decoder of bytes in order would otherwise collect 4 GiB before it rejects them.
+#[test]
+fn a_payload_beyond_the_limit_of_this_decoder_is_declined_by_its_header() {
+    for (length, is_declined) in [(1 << 26, false), ((1 << 26) + 1, true), (u32::MAX, true)] {
+        let mut head = chunks(&read("still"))[0].payload.clone();
+        head[10] = 31;
+        let mut frame = [&SYNC[..], b"CANO", &[1, 0, 0, 0], &length.to_le_bytes()].concat();
+        frame.extend(crc32fast::hash(&frame).to_le_bytes());
+        let head = build_chunk(HEAD, 0, &head).expect("it fits");
+        let stream = [&MAGIC[..], &head, &frame].concat();
+        let mut decoder = Decoder::new();
+        decoder.push(&stream);
+        let pulled = decoder.pull().map(|state| state.is_some());
+        assert_eq!(matches!(pulled, Err(Error::Limit(_))), is_declined, "{length}: {pulled:?}");
+        let mut recovery = Recovery::new(&stream[..]).expect("HEAD");
+        let pulled = recovery.pull().map(drop);
+        assert_eq!(matches!(pulled, Err(Error::Limit(_))), is_declined, "{length}: {pulled:?}");
     }
 }

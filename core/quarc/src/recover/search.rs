@@ -5,8 +5,8 @@
 //! streams that contain many false chunks. [13-2]
 
 use crate::chunks::{
-    effort_limit, header_crc_holds, read_fields, ChunkHeader, CANO, CHUNK_HEADER_BYTES, SNAP, SYNC,
-    TAIL, TAIL_BYTES,
+    bounded_limit, header_crc_holds, read_fields, ChunkHeader, CANO, CHUNK_HEADER_BYTES, SNAP,
+    SYNC, TAIL, TAIL_BYTES,
 };
 use crate::error::{Reject, Result};
 use crate::reader::PayloadCheck;
@@ -104,7 +104,7 @@ impl Searches {
     }
 
     fn bound(&self, offset: u64) -> u64 {
-        offset + u64::from(effort_limit(self.limit))
+        offset + u64::from(bounded_limit(self.limit))
     }
 
     /// Whether a header may be that of a wanted chunk.
