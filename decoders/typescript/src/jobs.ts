@@ -19,18 +19,60 @@ interface Job {
   readonly input?: unknown;
 }
 
-/** Generate the output lines of all jobs in a file or pipe. */
+/** The input is not a job: a fault of the sender, which says nothing about a stream. */
+export class MalformedJob extends Error {
+  constructor(message: string) {
+    super(message);
+    this.name = "MalformedJob";
+  }
+}
+
+/**
+ * Generate the output lines of all jobs in a file or pipe.
+ *
+ * @throws MalformedJob if a line is not a job, or if the input ends within a stream
+ */
 export function* answerJobs(descriptor: number): Generator<Line, void, undefined> {
   const input = new JobInput(descriptor);
   for (let line = input.readLine(); line !== null; line = input.readLine()) {
-    const job = JSON.parse(line) as Job;
-    const stream = input.read(job.bytes ?? 0);
-    if (job.job === "unit") yield answerUnit(job.function ?? "", job.input);
-    else if (job.job === "recover") yield* answerRecovery(stream);
-    else if (job.start !== undefined) yield* answerSeek(stream, job.start, job.numbers === true);
-    else yield* answerStream(new MemorySource(stream), job.numbers === true);
+    const job = parseJob(line);
+    const count = job.bytes ?? 0;
+    const stream = input.read(count);
+    if (stream.length < count) throw new MalformedJob("the input ends within the stream of a job");
+    yield* answerJob(job, stream);
     yield { done: true };
   }
+}
+
+function parseJob(line: string): Job {
+  let job: unknown;
+  try {
+    job = JSON.parse(line);
+  } catch {
+    job = null;
+  }
+  if (!isJob(job)) throw new MalformedJob(`not a job: ${line.slice(0, 60)}`);
+  return job;
+}
+
+/** Whether a value has the key `job`, and only counts as `bytes` and `start`. */
+function isJob(value: unknown): value is Job {
+  if (typeof value !== "object" || value === null) return false;
+  const { job, bytes, start } = value as Record<string, unknown>;
+  return typeof job === "string" && isCount(bytes ?? 0) && isCount(start ?? 0);
+}
+
+function isCount(value: unknown): boolean {
+  return Number.isSafeInteger(value) && (value as number) >= 0;
+}
+
+function* answerJob(job: Job, stream: Uint8Array): Generator<Line, void, undefined> {
+  const hasNumbers = job.numbers === true;
+  if (job.job === "unit") yield answerUnit(job.function ?? "", job.input);
+  else if (job.job === "recover") yield* answerRecovery(stream);
+  else if (job.job !== "decode") yield { unsupported: job.job };
+  else if (job.start !== undefined) yield* answerSeek(stream, job.start, hasNumbers);
+  else yield* answerStream(new MemorySource(stream), hasNumbers);
 }
 
 const PIECE_BYTES = 1 << 16;

@@ -3,7 +3,7 @@
 
 import { answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
-import { answerJobs, CAPABILITIES } from "./jobs.js";
+import { answerJobs, CAPABILITIES, MalformedJob } from "./jobs.js";
 import { FileSource } from "./source.js";
 
 const STANDARD_INPUT = 0;
@@ -12,8 +12,8 @@ const EXIT_FAILED = 2;
 const EXIT_DECLINED = 3;
 const EXIT_CLOSED_PIPE = 141; // as of a process that SIGPIPE ends
 
-function main(argument: string | undefined): number {
-  switch (argument) {
+function main(options: readonly string[]): number {
+  switch (options.length > 1 ? "" : options[0]) {
     case undefined:
       return decodeInput();
     case "--jobs":
@@ -48,9 +48,9 @@ function writeLine(line: Line): void {
   process.stdout.write(`${text}\n`);
 }
 
-/** Exit after an error of standard input or output; throw any other error again. */
+/** Exit after an error of standard input or output, or a malformed job; throw any other error again. */
 function exitAfterError(error: NodeJS.ErrnoException): never {
-  if (error.syscall === undefined) throw error;
+  if (error.syscall === undefined && !(error instanceof MalformedJob)) throw error;
   if (error.code === "EPIPE") process.exit(EXIT_CLOSED_PIPE);
   process.stderr.write(`quarc-decode: ${error.message}\n`);
   process.exit(EXIT_FAILED);
@@ -58,7 +58,7 @@ function exitAfterError(error: NodeJS.ErrnoException): never {
 
 process.stdout.on("error", exitAfterError);
 try {
-  process.exitCode = main(process.argv[2]);
+  process.exitCode = main(process.argv.slice(2));
 } catch (error) {
   exitAfterError(error as NodeJS.ErrnoException);
 }

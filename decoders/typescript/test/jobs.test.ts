@@ -65,6 +65,10 @@ test("an unknown unit is unsupported, even if it has the name of an inherited pr
   }
 });
 
+test("a job of an unknown kind is unsupported", () => {
+  assert.deepEqual(runJobs({ job: "dance" }), [{ unsupported: "dance" }, { done: true }]);
+});
+
 test("floats match F.10", () => {
   const parseFloat32 = (hex: string) => Buffer.from(hex, "hex").readFloatBE();
   for (const [code, step, number] of readTable("vectors dequantize")) {

@@ -33,3 +33,24 @@ test("a closed pipe ends the command without a message", async () => {
   assert.equal(status, 141);
   assert.equal(messages, "");
 });
+
+test("a malformed job ends the command with a message", () => {
+  const fields = ['"bytes":-1', '"bytes":9', '"start":"a"'].map((field) => `{"job":"decode",${field}}`);
+  for (const line of ["malformed", "", "null", "[]", '{"job":5}', ...fields]) {
+    const { status, stdout, stderr } = spawnSync(process.execPath, [COMMAND, "--jobs"], { input: `${line}\n` });
+
+    assert.equal(status, 2, line);
+    assert.equal(stdout.toString(), "");
+    assert.match(stderr.toString(), /^quarc-decode: (not a job: |the input ends within the stream).*\n$/);
+  }
+});
+
+test("the command has one option at most", () => {
+  for (const options of [["--jobs", "x"], ["--capabilities", "--jobs"], ["x"], ["--jobs", ""]]) {
+    const { status, stdout, stderr } = spawnSync(process.execPath, [COMMAND, ...options], { input: "" });
+
+    assert.equal(status, 2);
+    assert.equal(stdout.toString(), "");
+    assert.match(stderr.toString(), /^usage: /);
+  }
+});
