@@ -13,11 +13,13 @@ from typing import IO, Any
 from runner.limits import Limits, ResourceMonitor, kill_process_group
 
 Line = dict[str, Any]
-GARBAGE, CRASH, STATUS = "garbage", "crash", "status"
+GARBAGE, CRASH, STATUS, EXTRA = "garbage", "crash", "status", "extra"
 _POLL_SECONDS = 0.02
 _PIECE_BYTES = 1 << 16
 _MAX_STDERR_BYTES = 2000
 _MAX_LINE_BYTES = 1 << 20
+_MAX_LINES = 1 << 16
+_MAX_OUTPUT_BYTES = 1 << 26
 
 
 class FaultError(Exception):
@@ -65,8 +67,9 @@ class CodecProcess:
         self.begin_case()
 
     def begin_case(self) -> None:
-        """Restart the time limit for the next case."""
+        """Restart the limits for the next case."""
         self._monitor = ResourceMonitor(self._process.pid, self._limits)
+        self._line_count = self._output_bytes = 0
 
     def send(self, data: bytes, *, last: bool = False) -> None:
         """Send bytes to the process while it is waited for; if `last`, then close its input."""
@@ -188,12 +191,23 @@ class CodecProcess:
             self._stdin.close()
 
     def _take_output(self, piece: bytes) -> None:
-        """Split output into lines; the end of the output and `_MAX_LINE_BYTES` end a line, too."""
+        """Split output into lines; the end of the output and `_MAX_LINE_BYTES` end a line, too.
+
+        Raises:
+            FaultError: The output of the case is far larger than any case requires.
+        """
         *lines, self._partial_line = (self._partial_line + piece).split(b"\n")
         self._lines.extend(lines)
         if self._partial_line and (not piece or len(self._partial_line) >= _MAX_LINE_BYTES):
             self._lines.append(self._partial_line)
             self._partial_line = b""
+        self._output_bytes += len(piece)
+        self._line_count += len(lines)
+        if self._line_count > _MAX_LINES or self._output_bytes > _MAX_OUTPUT_BYTES:
+            message = (
+                f"the command printed more than {_MAX_LINES} lines or {_MAX_OUTPUT_BYTES} bytes"
+            )
+            raise FaultError(EXTRA, message)
 
 
 def _split_command(command: str) -> list[str]:
