@@ -73,6 +73,9 @@ def evaluate_stream(
         CaptureError: The capture cannot be read.
     """
     summary = inspect_stream(data, on_progress)
+    if summary.cameras and not any(camera.held_out for camera in summary.cameras):
+        message = "the stream has no held-out cameras, so there is nothing to measure"
+        raise MismatchError(message)
     capture = open_same_capture(summary, folder, accept_other_capture=options.accept_other_capture)
     frames = _list_frames(summary, options.span)
     frame_count = len(frames)

@@ -41,6 +41,8 @@ def open_same_capture(
 ) -> Capture:
     """Open the capture of a stream, with the stream's picture size and held-out cameras.
 
+    If the stream has no held-out cameras, those that `open_capture` chooses are held out.
+
     Args:
         summary: Summary of the stream.
         folder: Folder of the capture.
@@ -53,10 +55,10 @@ def open_same_capture(
         CaptureError: The capture cannot be read.
     """
     held_out_names = tuple(camera.name for camera in summary.cameras if camera.held_out)
-    if not held_out_names or not summary.frames:
-        missing_items = "frames" if held_out_names else "held-out cameras"
-        message = f"the stream has no {missing_items}, so there is nothing to measure"
-        raise MismatchError(message)
+    for name, items in (("cameras", summary.cameras), ("frames", summary.frames)):
+        if not items:
+            message = f"the stream has no {name}, so it cannot be measured on a capture"
+            raise MismatchError(message)
     start_frame = read_start_frame(summary)
     # Only the files are read to find the factor; opening the capture may compute initial points.
     full_size_cameras = choose_layout(folder).read(folder).cameras

@@ -217,21 +217,26 @@ def _require_equal_starts(streams: Sequence[OpenStream]) -> None:
 
 
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:
-    """Return the cameras of the capture; without a capture, those of the first stream.
+    """Return the cameras of the capture; without a capture, those of the first stream with cameras.
 
     With a capture and streams, only cameras on which no stream was trained are held out in the
     result.
 
     Raises:
-        EntryError: Two streams have different cameras, or there are neither streams nor a capture.
+        EntryError: Two streams have different cameras, or neither a stream nor a capture has any.
     """
-    for other_stream in streams[1:]:
-        _require_equal_cameras(streams[0], other_stream)
+    streams_with_cameras = [stream for stream in streams if stream.summary.cameras]
+    for other_stream in streams_with_cameras[1:]:
+        _require_equal_cameras(streams_with_cameras[0], other_stream)
     if capture is None:
-        if not streams:
-            message = "no entry is a stream, so --capture is needed to define the cameras"
+        if not streams_with_cameras:
+            message = (
+                "no stream has cameras, so there are none on which to compare the entries"
+                if streams
+                else "no entry is a stream, so --capture is needed to define the cameras"
+            )
             raise EntryError(message)
-        return list(streams[0].summary.cameras)
+        return list(streams_with_cameras[0].summary.cameras)
     if not streams:
         return list(capture.cameras)
     training_names = {
@@ -270,8 +275,8 @@ def _choose_cameras(
     """Return the cameras with these names; without names, the held-out cameras or all cameras.
 
     Raises:
-        EntryError: A name is unknown, there are no cameras, or no camera is held out although
-            `needs_held_out` is set and there are no names.
+        EntryError: A name is unknown, or no camera is held out although `needs_held_out` is set and
+            there are no names.
     """
     camera_by_name = {camera.name: camera for camera in available_cameras}
     unknown_names = [name for name in names if name not in camera_by_name]
@@ -285,9 +290,6 @@ def _choose_cameras(
         message = "no camera is held out of all streams: choose cameras with --camera"
         raise EntryError(message)
     chosen_names = list(names) or held_out_names or list(camera_by_name)
-    if not chosen_names:
-        message = "the streams have no cameras on which to compare them"
-        raise EntryError(message)
     return {name: camera_by_name[name] for name in chosen_names}
 
 

@@ -17,6 +17,7 @@ from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.streams.source import BytesSource
 from tests.evaluation.capture_streams import write_stream
+from tests.evaluation.comparison.conftest import CAMERAS
 from tests.evaluation.conftest import ignore_progress
 
 
@@ -214,6 +215,32 @@ def test_entries_without_a_stream_need_the_cameras_of_a_capture(method_outputs, 
         compare(plys, renders)
     comparison = compare(plys, plys, capture=method_outputs.capture)
     assert comparison.cameras == ("cam00",)
+
+
+def test_a_stream_without_cameras_is_rendered_for_those_of_another_stream(
+    method_outputs, compare, tmp_path
+):
+    bare, stream = tmp_path / "bare.quarc", method_outputs.folder / "a.quarc"
+    bare.write_bytes(write_stream([], 4))
+    for paths in ((bare, stream), (stream, bare)):
+        assert compare(*paths).cameras == CAMERAS
+
+    for cameras in ((), ("cam01",)):
+        with pytest.raises(EntryError, match="no stream has cameras, so there are none"):
+            compare(bare, bare, cameras=cameras)
+    with pytest.raises(MismatchError, match=r"bare\.quarc: the stream has no cameras"):
+        compare(bare, stream, capture=method_outputs.capture)
+
+
+def test_a_stream_without_held_out_cameras_is_compared_on_given_cameras(
+    method_outputs, compare, tmp_path
+):
+    path = tmp_path / "all.quarc"
+    cameras = [replace(camera, held_out=False) for camera in method_outputs.cameras]
+    path.write_bytes(write_stream(cameras, 4))
+
+    comparison = compare(path, capture=method_outputs.capture, cameras=("cam01",))
+    assert comparison.cameras == ("cam01",)
 
 
 def test_streams_of_other_cameras_are_not_compared(method_outputs, compare, tmp_path):
