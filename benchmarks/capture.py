@@ -3,7 +3,8 @@
     python benchmarks/capture.py CAPTURE... [--preset P] [--frames N] [--json]
 
 Prints a row for each capture: the quality of the decoded stream, its size relative to the paper's
-estimate, and the encoding time of frame 0 and of each later frame.
+estimate, and the encoding time of frame 0 and of each later frame. The time of frame 0 includes the
+checks of the capture and the coding of the frame.
 """
 
 import argparse
@@ -11,7 +12,6 @@ import io
 import json
 import os
 import platform
-import time
 from pathlib import Path
 from typing import Any
 
@@ -20,33 +20,20 @@ from options import parse_positive
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.presets import PRESETS, choose_preset
+from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.inspection.stream_summary import KINDS
-
-
-class StageClock:
-    """Records when each stage of the encoder last reported its progress."""
-
-    def __init__(self) -> None:
-        self.start = time.monotonic()
-        self.last_report: dict[str, float] = {}
-
-    def advance(self, stage: str, done: int, total: int) -> None:
-        """See `Progress.advance`."""
-        del done, total
-        self.last_report[stage] = time.monotonic() - self.start
+from studies import average_stage_seconds
 
 
 def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
     """Encode a capture, evaluate the stream, and return a row of results."""
-    clock, sink = StageClock(), io.BytesIO()
-    capture = open_capture(folder)
-    options = EncodeOptions(choose_preset(preset), frames, device="cpu", progress=clock)
-    encode(capture, sink, options)
-    encode_seconds = time.monotonic() - clock.start
+    capture, sink = open_capture(folder), io.BytesIO()
+    timer = StageTimer()
+    encode(capture, sink, EncodeOptions(choose_preset(preset), frames, "cpu", timer))
     evaluation = evaluate_stream(sink.getvalue(), folder, lambda *_: None)
     summary, psnr = evaluation.summary, evaluation.quality.psnr
-    canonical_seconds = clock.last_report["canonical"]
+    seconds = average_stage_seconds(timer.seconds, len(psnr))
     return {
         "capture": capture.name,
         "preset": preset,
@@ -59,8 +46,8 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
         "kb_per_frame": summary.kilobytes_per_frame()["without_canonical"],
         "bytes": summary.coded_bytes(),
         "estimate_bytes": summary.estimate_bytes(),
-        "seconds_canonical": canonical_seconds,
-        "seconds_per_frame": (encode_seconds - canonical_seconds) / max(len(psnr) - 1, 1),
+        "seconds_canonical": seconds["canonical"] + seconds["canonical commit"],
+        "seconds_per_frame": seconds["frame"],
     }
 
 

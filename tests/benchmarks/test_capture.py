@@ -1,5 +1,40 @@
 import capture
+from quarc_ref.encoder import encode_stream
+from quarc_ref.encoder.settings.presets import PRESETS
+from quarc_ref.encoder.stage_timer import StageTimer
 from quarc_ref.inspection.stream_summary import KINDS
+from tests.datasets import scenes
+from tests.encoder.toys import SMALL
+
+
+def test_opening_the_capture_does_not_count_as_encoding_and_coding_frame_0_does(
+    tmp_path, monkeypatch
+):
+    """A clock that only these functions advance makes the times exact."""
+    folder = scenes.write_n3dv(
+        tmp_path / "plane", scenes.make_shots(), 2, scenes.make_plane_points()
+    )
+    now = 0.0
+
+    def slow_down(module, name, seconds):
+        original = getattr(module, name)
+
+        def run(*arguments, **options):
+            nonlocal now
+            now += seconds
+            return original(*arguments, **options)
+
+        monkeypatch.setattr(module, name, run)
+
+    monkeypatch.setattr(capture, "StageTimer", lambda: StageTimer(clock=lambda: now))
+    slow_down(capture, "open_capture", 100.0)
+    slow_down(encode_stream, "check_first_frame", 10.0)
+    slow_down(encode_stream, "fit_births", 1.0)
+    monkeypatch.setitem(PRESETS, "small", SMALL)
+
+    row = capture.measure(folder, "small", None)
+
+    assert (row["seconds_canonical"], row["seconds_per_frame"]) == (10.0, 1.0)
 
 
 def test_the_table_compares_every_kind_of_bytes_with_its_estimate(capsys):

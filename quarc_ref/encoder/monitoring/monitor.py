@@ -80,7 +80,7 @@ class TrainingStep:
         return float(self.loss_tensor.detach())
 
     def psnr(self) -> float:
-        """Return the PSNR of the rendering in dB; infinite if it equals the ground truth."""
+        """Return the PSNR in dB; infinite for the ground truth, and if all pixels are masked."""
         squared_error = (self.image.detach().clamp(0, 1) - self.truth()).square()
         mean_squared_error = float(
             (squared_error if self.mask is None else squared_error * self.mask).mean()

@@ -1,5 +1,6 @@
 """Formats the status of an encode as one line: PSNR, Gaussians, bytes and remaining time."""
 
+import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -49,7 +50,9 @@ class EncodeStatus:
         self._gaussian_count = step.gaussians
         now = self._clock()
         if now >= self._next_sample_time:
-            self._psnr_samples.append(step.psnr())
+            psnr = step.psnr()
+            if math.isfinite(psnr):
+                self._psnr_samples.append(psnr)
             self._next_sample_time = now + _SECONDS_BETWEEN_SAMPLES
 
     def frame(self, frame: FrameWritten) -> None:
