@@ -149,11 +149,11 @@ export class ChunkReader {
 
   #checkType(type: string): void {
     demand(TYPE_PATTERN.test(type), "bad-chunk-type", "a chunk type matches none of the patterns of 5.2");
-    const isFirst = this.#place.sequence === 0;
-    demand((type === "HEAD") === isFirst, "chunk-order", "the first chunk must be HEAD, and no other may be");
     const isKnown =
       isAncillary(type) || KNOWN_CRITICAL_TYPES.has(type) || (this.#allowsSnapshots && type === SNAPSHOT_TYPE);
     demand(isKnown, "unknown-critical", `unknown critical chunk ${type}`);
+    const isFirst = this.#place.sequence === 0;
+    demand((type === "HEAD") === isFirst, "chunk-order", "the first chunk must be HEAD, and no other may be");
     demand(this.#previousType !== "INDX" || type === "TAIL", "chunk-order", `${type} follows INDX`);
   }
 

@@ -15,9 +15,6 @@ import { StateDecoder } from "./states.js";
 import { parseIndex, parseTail } from "./tail.js";
 import type { SeekPoint } from "./tail.js";
 
-/** Size of the ordinal at the start of a CANO or SNAP. */
-const ORDINAL_BYTES = 4;
-
 /** A seek point with all earlier canonical frames, in order, and the number of frames before the seek point. */
 interface SeekRoute {
   readonly points: readonly SeekPoint[];
@@ -91,7 +88,7 @@ function routeByIndex(bytes: Uint8Array, header: StreamHeader, start: number): S
   return { points, frameCount };
 }
 
-/** Step 2 of 11.2: find the seek point by reading chunk headers, up to the first error, which decoding reports. */
+/** Step 2 of 11.2: find the seek point by reading chunk headers. */
 function routeByHeaders(reader: ChunkReader, start: number): SeekRoute {
   const points: SeekPoint[] = [];
   let frameCount = 0;
@@ -100,24 +97,26 @@ function routeByHeaders(reader: ChunkReader, start: number): SeekRoute {
   for (const chunk of skipPayloads(reader)) {
     if (!["CANO", "SNAP", "FRAM"].includes(chunk.type)) continue;
     const frame = readOrdinal(chunk, due);
-    if (frame === null || frame > start) break;
+    if (frame > start) break;
     if (chunk.type !== "FRAM") {
       points.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
       framesBefore = frameCount;
     }
     frameCount += 1;
     due = frame + 1;
+    if (due > start) break; // a fault after the requested frame is found by decoding
   }
   return { points, frameCount: framesBefore };
 }
 
-/** Return the ordinal of a chunk's frame, where `due` is the expected ordinal; null if it cannot be read. */
-function readOrdinal({ type, payload }: Chunk, due: number | null): number | null {
-  if (type === "FRAM" || (type === "SNAP" && due === null)) return due;
-  return payload.length < ORDINAL_BYTES ? null : new Fields(payload).u32("frame");
+/** Return the ordinal of a chunk's frame, where `due` is the expected ordinal; null before the first CANO. */
+function readOrdinal({ type, payload }: Chunk, due: number | null): number {
+  if (type === "CANO") return new Fields(payload).u32("frame");
+  demand(due !== null, "chunk-order", `${type} comes before the first CANO`);
+  return type === "FRAM" ? due : new Fields(payload).u32("frame");
 }
 
-/** Generate the chunks up to TAIL or the first error; payloads are not checked. */
+/** Generate the chunks up to TAIL or to the end of the stream; payloads are not checked. */
 function* skipPayloads(reader: ChunkReader): Generator<Chunk> {
   try {
     let type = "";
@@ -126,8 +125,9 @@ function* skipPayloads(reader: ChunkReader): Generator<Chunk> {
       yield chunk;
       type = chunk.type;
     }
+    reader.finish();
   } catch (error) {
-    if (!(error instanceof Rejection)) throw error;
+    if (!(error instanceof Rejection && error.rejectId === "truncated")) throw error;
   }
 }
 
