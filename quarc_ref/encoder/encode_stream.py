@@ -88,20 +88,20 @@ def encode(
     with fixed_threads():
         if partial_stream is None:
             options.check(capture)
-        encoding = _Encoding(capture, options)
-        if partial_stream is None:
+            encoding = _Encoding(capture, options)
             encoding.announce()
             with encoding.name_next_frame_in_errors():
                 encoding.add_first_frame(sink)
         else:
+            encoding = _Encoding(capture, options)
             encoding.resume_from(sink, partial_stream)
-        if partial_stream is None or not partial_stream.is_finished:
-            if partial_stream is not None:
-                encoding.announce(partial_stream.end)
-            while encoding.next_frame < encoding.frame_count:
-                with encoding.name_next_frame_in_errors():
-                    encoding.add_frame()
-            encoding.finish()
+            if partial_stream.is_finished:
+                return
+            encoding.announce(partial_stream.end)
+        while encoding.next_frame < encoding.frame_count:
+            with encoding.name_next_frame_in_errors():
+                encoding.add_frame()
+        encoding.finish()
 
 
 class _Encoding:
