@@ -11,7 +11,6 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.estimate import estimate_step_seconds
 from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
-from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
@@ -31,8 +30,10 @@ _PIXEL_BYTES = 1.5  # bytes per pixel of yuv420p
 _PICTURE_CACHE_BYTES = 1 << 28  # size of the capture's picture cache
 # floats per Gaussian: four copies (values, gradients, two moments of Adam) of 59 numbers
 _FLOATS_PER_GAUSSIAN = 59 * 4
-# lower and upper bounds for frames of each chunk type
-_BYTES_PER_GAUSSIAN = {container.CANO: (7, 11), container.SNAP: (2, 4), container.FRAM: (0.05, 0.4)}
+# lower and upper bounds for canonical frames and snapshots
+_BYTES_PER_GAUSSIAN = {container.CANO: (7, 11), container.SNAP: (2, 4)}
+# the same for other frames, if births must be worth their bytes (`births.rd_lambda`) or not
+_FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = (0.05, 0.4), (0.05, 1.5)
 _GAUSSIAN_COUNT_FRACTIONS = (0.25, 1.0)  # final number of Gaussians, relative to the maximum number
 
 
@@ -77,7 +78,7 @@ def forecast(
     first_frame_seconds, later_frame_seconds = _forecast_seconds(
         capture, config, frame_count, device
     )
-    stream_bytes = _forecast_stream_bytes(config.canonical, frame_count)
+    stream_bytes = _forecast_stream_bytes(config, frame_count)
     training_bytes = config.canonical.max_gaussians * _FLOATS_PER_GAUSSIAN * _FLOAT_BYTES
     other_bytes = _BASE_BYTES + _PICTURE_CACHE_BYTES + _count_picture_bytes(capture)
     return Forecast(
@@ -115,14 +116,16 @@ def _forecast_seconds(
     return first_frame_seconds, estimate_frame_seconds(plan, full_step_seconds)
 
 
-def _forecast_stream_bytes(settings: CanonicalSettings, frame_count: int) -> tuple[int, int]:
+def _forecast_stream_bytes(config: EncoderConfig, frame_count: int) -> tuple[int, int]:
     """Return lower and upper bounds on the size of a stream of `frame_count` frames, bytes."""
-    kinds = settings.count_frame_kinds(frame_count)
+    kinds = config.canonical.count_frame_kinds(frame_count)
+    frame_bytes = _FRAME_BYTES_WITH_RD if config.births.rd_lambda else _FRAME_BYTES_WITHOUT_RD
+    bytes_per_gaussian = {**_BYTES_PER_GAUSSIAN, container.FRAM: frame_bytes}
     min_bytes, max_bytes = (
         int(
             fraction
-            * settings.max_gaussians
-            * sum(count * _BYTES_PER_GAUSSIAN[kind][bound] for kind, count in kinds.items())
+            * config.canonical.max_gaussians
+            * sum(count * bytes_per_gaussian[kind][bound] for kind, count in kinds.items())
         )
         for bound, fraction in enumerate(_GAUSSIAN_COUNT_FRACTIONS)
     )

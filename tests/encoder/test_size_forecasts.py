@@ -8,6 +8,7 @@ from quarc_ref.encoder.estimate import estimate_encode
 from quarc_ref.encoder.forecast import forecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.presets import choose_preset
 from quarc_ref.format import container
 from tests.encoder.toys import SMALL, make_capture, make_context
 
@@ -32,6 +33,19 @@ def test_frames_are_counted_by_their_chunk_type():
         container.SNAP: 3,
         container.FRAM: 4,
     }
+
+
+def test_the_upper_bound_includes_the_frames_of_demo_in_the_experiments():
+    capture, frame_count, max_gaussians = make_capture(), 3, 20_000
+    demo = choose_preset("demo")
+    canonical = replace(demo.canonical, max_gaussians=max_gaussians, max_gaussians_from_views=0)
+    config = replace(SMALL, canonical=replace(canonical, keyframe_interval=0), births=demo.births)
+
+    one_frame, all_frames = (
+        forecast(capture, config, frames, "cpu").stream_bytes[1] for frames in (1, frame_count)
+    )
+
+    assert all_frames - one_frame > (frame_count - 1) * 17.02 * 1024  # docs/experiments/paper.md
 
 
 @pytest.mark.parametrize("predict", [_estimate_bytes, _forecast_bytes])

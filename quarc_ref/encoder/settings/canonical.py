@@ -132,8 +132,9 @@ class CanonicalSettings(Validated):
         "last iteration), a Gaussian is pruned if its removal would change the pictures by less "
         "than this multiple of the median squared error around a Gaussian; at most three quarters "
         "of the visible Gaussians are pruned. If the weight is above 0, three earlier prunings "
-        "remove the half of the Gaussians that contributes least, but keep the initial number and "
-        "a quarter of canonical.max_gaussians. 0: no pruning by contribution (paper).",
+        "remove the half of the Gaussians that contributes least, but keep at least the initial "
+        "number, and at least a quarter of canonical.max_gaussians. 0: no pruning by contribution "
+        "(paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(
         0.0,
