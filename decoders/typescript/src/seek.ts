@@ -15,12 +15,6 @@ import { StateDecoder } from "./states.js";
 import { parseIndex, parseTail } from "./tail.js";
 import type { SeekPoint } from "./tail.js";
 
-/** A seek point with all earlier canonical frames, in order, and the number of frames before the seek point. */
-interface SeekRoute {
-  readonly points: readonly SeekPoint[];
-  readonly frameCount: number;
-}
-
 /**
  * Generate the frames from ordinal `start` onwards.
  *
@@ -30,13 +24,13 @@ interface SeekRoute {
 export function* seekStream(bytes: Uint8Array, start: number): Generator<Frame, void, undefined> {
   const { header, reader } = openStream(new MemorySource(bytes));
   const firstPlace = reader.place;
-  const route = routeByIndex(bytes, header, start) ?? routeByHeaders(reader, start);
-  const frames = route.points.length === 0 ? decodeFrom(bytes, header, firstPlace) : decodeRoute(bytes, header, route);
+  const points = listPointsOfIndex(bytes, header, start) ?? listPointsOfHeaders(reader, start);
+  const frames = points.length === 0 ? decodeFrom(bytes, header, firstPlace) : decodeFromLast(bytes, header, points);
   for (const frame of frames) if (frame.state.ordinal >= start) yield frame;
 }
 
-/** Generate the frames of a stream from the seek point onwards. */
-function* decodeRoute(bytes: Uint8Array, header: StreamHeader, { points, frameCount }: SeekRoute): Generator<Frame> {
+/** Generate the frames of a stream from the last of its first seek points onwards. */
+function* decodeFromLast(bytes: Uint8Array, header: StreamHeader, points: readonly SeekPoint[]): Generator<Frame> {
   const earlierPoints = points.slice(0, -1);
   const point = points[earlierPoints.length];
   const chunk = readPoint(bytes, header, point, ["CANO", "SNAP"]);
@@ -51,7 +45,7 @@ function* decodeRoute(bytes: Uint8Array, header: StreamHeader, { points, frameCo
     );
     decodePoint(decoder, readPoint(bytes, header, canonicalPoint, ["CANO"]), canonicalPoint);
   }
-  decoder.seek(frameCount, earlierPoints);
+  decoder.seek(point.frame - points[0].frame, earlierPoints);
   yield { header, state: decodePoint(decoder, chunk, point) };
   const end = chunk.offset + chunkLength({ ...chunk, length: chunk.payload.length });
   yield* decodeFrom(bytes, header, { offset: end, sequence: chunk.sequence + 1 }, decoder);
@@ -73,8 +67,8 @@ function decodePoint(decoder: StateDecoder, chunk: Chunk, { frame }: SeekPoint) 
   return state;
 }
 
-/** Step 1 of 11.2: find the seek point in INDX; return null if the stream has no INDX. */
-function routeByIndex(bytes: Uint8Array, header: StreamHeader, start: number): SeekRoute | null {
+/** Step 1 of 11.2: list the seek points up to a frame from INDX; return null if the stream has no INDX. */
+function listPointsOfIndex(bytes: Uint8Array, header: StreamHeader, start: number): SeekPoint[] | null {
   const tailChunk = readTail(bytes);
   if (tailChunk === null || tailChunk.tail.indexOffset === 0n) return null;
   const { tail, place } = tailChunk;
@@ -84,29 +78,22 @@ function routeByIndex(bytes: Uint8Array, header: StreamHeader, start: number): S
   const message = "INDX does not have as many seek points as TAIL says";
   demand(points.length === tail.canonicalCount, "index-mismatch", message);
   while (points.length > 0 && points[points.length - 1].frame > start) points.pop();
-  const frameCount = points.length === 0 ? 0 : points[points.length - 1].frame - points[0].frame;
-  return { points, frameCount };
+  return points;
 }
 
-/** Step 2 of 11.2: find the seek point by reading chunk headers. */
-function routeByHeaders(reader: ChunkReader, start: number): SeekRoute {
+/** Step 2 of 11.2: list the seek points up to a frame by reading chunk headers. */
+function listPointsOfHeaders(reader: ChunkReader, start: number): SeekPoint[] {
   const points: SeekPoint[] = [];
-  let frameCount = 0;
-  let framesBefore = 0;
   let due: number | null = null;
   for (const chunk of skipPayloads(reader)) {
     if (!["CANO", "SNAP", "FRAM"].includes(chunk.type)) continue;
     const frame = readOrdinal(chunk, due);
     if (frame > start) break;
-    if (chunk.type !== "FRAM") {
-      points.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
-      framesBefore = frameCount;
-    }
-    frameCount += 1;
+    if (chunk.type !== "FRAM") points.push({ offset: BigInt(chunk.offset), sequence: chunk.sequence, frame });
     due = frame + 1;
     if (due > start) break; // a fault after the requested frame is found by decoding
   }
-  return { points, frameCount: framesBefore };
+  return points;
 }
 
 /** Return the ordinal of a chunk's frame, where `due` is the expected ordinal; null before the first CANO. */

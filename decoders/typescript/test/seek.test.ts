@@ -42,6 +42,21 @@ test("a frame after the end of the stream is not found, and the end is checked",
   assert.deepEqual(seek(STREAM.subarray(0, LAST_OFFSET), 2000), ["truncated"]);
 });
 
+test("the number of frames before a seek point follows from its ordinal", () => {
+  const offsets = [...findChunkOffsets(STREAM), STREAM.length];
+  const chunks = offsets.slice(1).map((end, i) => ({
+    type: Buffer.from(STREAM.subarray(offsets[i] + 4, offsets[i] + 8)).toString(),
+    payload: STREAM.subarray(offsets[i] + 20, end - 4),
+  }));
+  chunks.splice(5, 1); // frame 1004, which TAIL counts
+  const shorter = Buffer.concat([
+    STREAM.subarray(0, HEAD_OFFSET),
+    ...chunks.map(({ type, payload }, sequence) => makeChunk(type, sequence, payload)),
+  ]);
+
+  assert.deepEqual(seek(shorter, 1005), [1005, 1006]);
+});
+
 test("a canonical frame without an ordinal, or a frame before the first canonical one, is rejected", () => {
   const head = STREAM.subarray(0, FIRST_OFFSET);
   const second = STREAM.subarray(SECOND_OFFSET, THIRD_OFFSET);
