@@ -10,7 +10,7 @@ const firstHalf = room.subarray(0, room.length >> 1);
 
 /** Open a page with the first half of room.quarc as a live stream. */
 const openLive = (attributes = "", options: PageOptions = {}): Promise<PlayerPage> =>
-  PlayerPage.open({ ...options, stream: firstHalf, attributes: `live ${attributes}`, expectedErrors: /416/ });
+  PlayerPage.open({ ...options, stream: firstHalf, attributes: `live ${attributes}`, expectedErrors: /416|503/ });
 
 const findLiveButton = (page: PlayerPage) => page.page.locator("quarc-player #live");
 
@@ -48,6 +48,22 @@ browserTest("a paused live stream shows its latency, and a button jumps to its n
   await findLiveButton(page).click();
   await page.waitUntil(({ frame, isPlaying, player }) => frame === player?.liveEdge && isPlaying);
   assert.equal(await page.run(({ player }) => player?.latency), 0);
+});
+
+browserTest("the timeline of a paused live stream grows with the stream up to its end, also after a failure of the server", async () => {
+  await using page = await openLive();
+  const waitForTimeline = (lastFrame: number): Promise<unknown> =>
+    page.page.locator(`quarc-player input[type=range][max="${lastFrame}"]`).waitFor();
+  await waitForTimeline(11);
+  page.server.grow(room.subarray(0, room.length - 500));
+  await waitForTimeline(18);
+  page.server.setOptions({ status: 503 });
+  await page.page.waitForTimeout(4000); // longer than all retries
+  page.server.setOptions({ status: null });
+  page.server.grow(room);
+  await waitForTimeline(23);
+  await findLiveButton(page).click();
+  await page.waitUntil((player) => player.frame === 23 && !player.isPlaying);
 });
 
 browserTest("a step resolves to the last frame if the stream ends instead", async () => {

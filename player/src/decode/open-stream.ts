@@ -35,10 +35,11 @@ export class OpenStream {
     this.#chunkWalk = new ChunkWalk(this.bytes);
   }
 
-  /** Tell a decoder the length of the stream, if the length is known and final. */
+  /** Tell a decoder the length of the stream, if it is final and the end can be read, because a seek then begins there. */
   setDecoderLength(decoder: Decoder): void {
-    const { size, isLive } = this.bytes;
-    if (size !== null && !isLive) decoder.setLength(size);
+    const { size, isLive, isSeekable } = this.bytes;
+    if (size === null || isLive) return;
+    if (isSeekable || this.bytes.findAvailable(size - 1) !== null) decoder.setLength(size);
   }
 
   /**

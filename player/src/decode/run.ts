@@ -9,6 +9,7 @@ import type { Piece } from "./source.js";
 import { unlessAborted } from "./stream-bytes.js";
 
 const PREVIEW_INTERVAL_MS = 250;
+const READ_AHEAD_RETRY_MS = 1000;
 const TYPE_OFFSET = 4; // of a chunk
 const ANCILLARY_BIT = 0x20; // of the first letter of a type (SPEC 5.2)
 
@@ -130,11 +131,14 @@ export class Run {
   /** Find new frames of a live stream while no frame may be posted. */
   async #readAhead(signal: AbortSignal): Promise<void> {
     const receiveBytes = async (offset: number): Promise<Piece | null> => {
+      const piece = await this.#receiveBytes(offset, signal);
       this.#postLiveEdge();
-      return this.#receiveBytes(offset, signal);
+      return piece;
     };
+    const readAhead = (): Promise<boolean> =>
+      this.#stream.readAhead(this.#decodedOffset, receiveBytes).then(() => true, () => signal.aborted);
     // An error of the server is reported when the decoder needs the bytes.
-    await this.#stream.readAhead(this.#decodedOffset, receiveBytes).catch(() => undefined);
+    while (!(await readAhead())) await new Promise((resolve) => setTimeout(resolve, READ_AHEAD_RETRY_MS));
   }
 
   #postLiveEdge(): void {
