@@ -24,6 +24,8 @@ export interface PlayerEvents {
   progress: { readonly bytes: number; readonly byteLength: number | null };
   /** The user or the program has changed the view. */
   view: null;
+  /** Speed or loop has been set. */
+  settings: null;
   error: PlayerFault;
 }
 

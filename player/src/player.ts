@@ -195,6 +195,7 @@ export class Player extends PlayerEventTarget {
 
   set loop(loop: boolean) {
     this.#playback.isLooping = loop;
+    this.dispatch("settings", null);
   }
 
   /** Speed of playback; 1 is the speed of the capture. */
@@ -205,7 +206,7 @@ export class Player extends PlayerEventTarget {
   set speed(speed: number) {
     if (!(speed > 0 && Number.isFinite(speed))) throw new RangeError(`the speed ${speed} is not positive`);
     this.#playback.speed = speed;
-    this.#handleStateChange();
+    this.dispatch("settings", null);
   }
 
   /** Statistics of the current frame and of playback; null before the first frame. */
@@ -249,7 +250,8 @@ export class Player extends PlayerEventTarget {
    * Draw the current frame from a camera, at the camera's size.
    *
    * Resolves to [height, width, 3] red, green and blue, from 0 to 1. The format `float` blends in 32-bit floats; `bytes`
-   * blends in 8 bits, as on the screen. Rejects with a DrawingError if the picture cannot be drawn.
+   * blends in 8 bits, as on the screen. Rejects with a RangeError if the size of the camera is invalid or too large for
+   * the graphics card, and with a DrawingError if the picture cannot be drawn for another reason.
    */
   takePicture(camera: CaptureCamera, format: PixelFormat = "bytes"): Promise<Float32Array> {
     return this.#stage.takePicture(camera, format);

@@ -29,6 +29,33 @@ async function computePsnr(
   return 4 * image.width * image.height === pixels.length ? -10 * Math.log10(sum / picture.length) : 0;
 }
 
+browserTest("a picture has the size of its camera, and an invalid size is an error", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const results = await page.run(async ({ player }) => {
+    const camera = player!.cameras[0]!;
+    const sizes = [[321, 77], [0, 120], [-160, 120], [160.5, 120], [160, NaN], [1e6, 1], [1, 2 ** 32], [160, 120]] as const;
+    const results: (string | number)[] = [];
+    for (const [width, height] of sizes) {
+      const picture = player!.takePicture({ ...camera, width, height });
+      results.push(await picture.then(({ length }) => length, (error: Error) => `${error.name}: ${error.message}`));
+    }
+    return results;
+  });
+  assert.deepEqual([results[0], results.at(-1)], [3 * 321 * 77, 3 * 160 * 120]);
+  for (const result of results.slice(1, -1)) assert.match(String(result), /^RangeError: width and height are .* from 1 to \d+$/);
+});
+
+browserTest("a picture for which there is no graphics memory is an error", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const result = await page.run(async (element) => {
+    WebGL2RenderingContext.prototype.checkFramebufferStatus = () => WebGL2RenderingContext.FRAMEBUFFER_UNSUPPORTED;
+    return element.takePicture(0).catch((error: Error) => `${error.name}: ${error.message}`);
+  });
+  assert.equal(result, "DrawingError: there is no graphics memory for 160 x 120 pixels");
+});
+
 browserTest("pictures match those of quarc-ref render", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);
   const room = readRoom();

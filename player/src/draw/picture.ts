@@ -14,6 +14,10 @@ export function takePicture(painter: Painter, eye: Eye, format: PixelFormat): Fl
     throw new DrawingError("this graphics card cannot blend floats");
   }
   const { width, height } = eye;
+  const maxSize = Math.min(gl.getParameter(gl.MAX_RENDERBUFFER_SIZE), ...gl.getParameter(gl.MAX_VIEWPORT_DIMS));
+  if (![width, height].every((size) => Number.isInteger(size) && size > 0 && size <= maxSize)) {
+    throw new RangeError(`width and height are ${width} and ${height}, but must be integers from 1 to ${maxSize}`);
+  }
   const buffer = gl.createRenderbuffer();
   const target = gl.createFramebuffer();
   gl.bindRenderbuffer(gl.RENDERBUFFER, buffer);
@@ -21,13 +25,18 @@ export function takePicture(painter: Painter, eye: Eye, format: PixelFormat): Fl
   gl.renderbufferStorage(gl.RENDERBUFFER, internalFormat, width, height);
   gl.bindFramebuffer(gl.FRAMEBUFFER, target);
   gl.framebufferRenderbuffer(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.RENDERBUFFER, buffer);
-  painter.paint(eye, { left: 0, top: 0, width, height }, height, target);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, target);
-  const pixels = readPixels(gl, width, height, format);
-  gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  gl.deleteFramebuffer(target);
-  gl.deleteRenderbuffer(buffer);
-  return pixels;
+  try {
+    if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) {
+      throw new DrawingError(`there is no graphics memory for ${width} x ${height} pixels`);
+    }
+    painter.paint(eye, { left: 0, top: 0, width, height }, height, target);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target);
+    return readPixels(gl, width, height, format);
+  } finally {
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.deleteFramebuffer(target);
+    gl.deleteRenderbuffer(buffer);
+  }
 }
 
 function canBlendFloats(gl: WebGL2RenderingContext): boolean {
