@@ -98,9 +98,9 @@ export class Playback {
     return (lastPacket?.frame ?? this.#shownFrame ?? -1) + 1;
   }
 
-  /** Whether playback, a seek or the opening of a stream waits for frames. */
+  /** Whether playback, a seek, a step or the opening of a stream waits for frames. */
   get isWaiting(): boolean {
-    const needsFrames = this.#isPlaying || this.#isBeforeFirstFrame;
+    const needsFrames = this.#isPlaying || this.#isBeforeFirstFrame || this.#pendingSteps > 0;
     const hasFrames = this.#buffer.length > 0 || this.#screen.isBusy || this.#isAtEnd || this.#fault !== null;
     return this.#link.run > 0 && needsFrames && !hasFrames;
   }

@@ -50,6 +50,55 @@ browserTest("keys change a speed that is not in the list to the next speed of th
   }
 });
 
+browserTest("a key that is held repeats steps and changes of the speed, but no other action", async () => {
+  await using page = await PlayerPage.open({ attributes: 'speed="0.25"' });
+  await page.waitUntil((player) => player.frame === 0);
+  const { keyboard } = page.page;
+  const hold = async (key: string): Promise<void> => {
+    for (let count = 0; count < 4; count++) await keyboard.down(key); // the second and the later events are repeats
+    await keyboard.up(key);
+  };
+  const readState = (): Promise<unknown[]> =>
+    page.run(({ player, isPlaying }) => [isPlaying, player?.loop, player?.speed, player?.targetFrame]);
+  await page.page.locator("quarc-player canvas.view").focus();
+  for (const key of ["l", ">"]) await hold(key);
+  assert.deepEqual(await readState(), [false, true, 4, 0]);
+  await hold(".");
+  await page.waitUntil((player) => player.frame === 4);
+  await hold(",");
+  assert.deepEqual(await readState(), [false, true, 4, 0]);
+  await hold("Space");
+  assert.equal((await readState())[0], true);
+  for (const key of ["Enter", "Space"]) {
+    await page.page.locator("quarc-player #play").focus();
+    const wasPlaying = (await readState())[0];
+    await hold(key);
+    assert.equal((await readState())[0], !wasPlaying, key);
+  }
+  await page.page.locator("quarc-player #forward").focus();
+  await page.run((player) => player.pause());
+  await page.setFrame(0);
+  await hold("Enter");
+  await page.waitUntil((player) => player.frame === 4);
+});
+
+browserTest("the list of speeds shows a speed that is not one of its own", async () => {
+  await using page = await PlayerPage.open({ attributes: 'speed="3"' });
+  await page.waitUntil((player) => player.frame === 0);
+  const readList = (): Promise<[string, number]> =>
+    page.run(async (player) => {
+      await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+      const list = player.shadowRoot?.querySelector<HTMLSelectElement>("#speed");
+      return [list?.selectedOptions[0]?.text ?? "", list?.options.length ?? 0];
+    });
+  assert.deepEqual(await readList(), ["3×", 6]);
+  await page.run(({ player }) => Object.assign(player!, { speed: 1 / 3 }));
+  assert.deepEqual(await readList(), ["0.333×", 6]);
+  await page.page.locator("quarc-player #speed").selectOption("2");
+  assert.deepEqual(await readList(), ["2×", 6]);
+  assert.equal(await page.run(({ player }) => player?.speed), 2);
+});
+
 browserTest("dragging, the wheel and arrow keys move the view, and the list returns to a camera", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

@@ -83,8 +83,13 @@ export class StreamServer {
     this.#options = { ...this.#options, ...options };
   }
 
-  async [Symbol.asyncDispose](): Promise<void> {
+  /** Break all connections, such as those whose bytes are held. */
+  breakConnections(): void {
     this.#server.closeAllConnections();
+  }
+
+  async [Symbol.asyncDispose](): Promise<void> {
+    this.breakConnections();
     await new Promise((resolve) => this.#server.close(resolve));
   }
 

@@ -28,6 +28,12 @@ for (const supportsRanges of [true, false]) {
   });
 }
 
+browserTest("without range requests, a seek to a frame that has arrived does not wait for the rest of the stream", async () => {
+  await using page = await PlayerPage.open({ supportsRanges: false, heldFrom: readRoom().length >> 1 });
+  await page.waitUntil((player) => player.frame === 0);
+  for (const frame of [9, 3]) await page.setFrame(frame);
+});
+
 browserTest("a missing stream is reported, and can be retried", async () => {
   await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });
   await page.page.locator("quarc-player .fault h2").waitFor();
@@ -70,7 +76,7 @@ browserTest("a file that is replaced is reported as a network error, and can be 
   assert.match(String(await failed), /stream\.quarc: the file on the server has changed$/);
   assert.equal(await readText(page, ".fault h2"), "The stream cannot be loaded");
   await page.page.locator("quarc-player .fault button").click();
-  await page.waitUntil((player) => player.frame === 0 && player.info?.frameCount === 9);
+  await page.waitUntil((player) => player.frame === 8 && player.info?.frameCount === 9);
 });
 
 browserTest("a damaged stream plays up to the damage, and shows the reject id", async () => {
@@ -238,6 +244,11 @@ browserTest("without WebGL2, an error is shown, and no worker is left", async ()
   });
   assert.deepEqual(counts, { workers: 0, errors: 1 });
   assert.equal(await readText(page, "h2"), "This browser cannot play the stream");
+  const [background, size] = await page.run((player) => [getComputedStyle(player).backgroundColor, player.clientHeight]);
+  assert.deepEqual([background, size], ["rgb(13, 15, 18)", 400], "the style of the player is kept");
+  const { x, width } = (await page.page.locator("quarc-player .fault div").boundingBox())!;
+  assert.ok(Math.abs(x + width / 2 - 240) < 1, "the message is centered");
+  assert.equal(await page.page.locator("quarc-player").locator("button, canvas").count(), 0);
 });
 
 browserTest("a server on another origin need not expose the header Content-Range", async () => {

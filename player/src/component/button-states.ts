@@ -1,6 +1,7 @@
 /** Shows states of the player on its buttons. */
 
 import { ICONS } from "./icons.js";
+import { SPEEDS } from "./layout.js";
 
 const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so the picture is always a little behind
 
@@ -19,4 +20,12 @@ export function showLive(button: HTMLButtonElement, latency: number | null): voi
   button.ariaPressed = String(latency !== null && !isBehind);
   const label = button.querySelector("span");
   if (label !== null) label.textContent = isBehind ? `Live −${latency.toFixed(1)} s` : "Live";
+}
+
+/** Show the speed in the list; the last speed that SPEEDS does not contain is added to the list. */
+export function showSpeed(list: HTMLSelectElement, speed: number): void {
+  if (list.value === String(speed)) return; // the list may be open
+  list.options[SPEEDS.length]?.remove();
+  list.value = String(speed);
+  if (list.value === "") list.add(new Option(`${Number(speed.toPrecision(3))}×`, String(speed), true, true));
 }

@@ -24,10 +24,7 @@ function listActions(session: Session): Readonly<Record<ButtonName, () => void>>
     play: () => (player.isPlaying ? player.pause() : player.play()),
     back: () => void player.step(-1),
     forward: () => void player.step(1),
-    loop: () => {
-      player.loop = !player.loop;
-      session.refresh();
-    },
+    loop: () => (player.loop = !player.loop),
     live: () => {
       void player.seekToLiveEdge();
       player.play();
@@ -49,15 +46,21 @@ const KEYS: Readonly<Record<string, ButtonName>> = {
   f: "fullscreen",
 };
 
+const REPEATED_BUTTONS: readonly ButtonName[] = ["back", "forward"];
+
 function pressKey(
   event: KeyboardEvent,
   session: Session,
   actions: Readonly<Record<ButtonName, () => void>>,
 ): void {
   const isModified = event.ctrlKey || event.metaKey || event.altKey;
-  const isButtonKey = event.target instanceof HTMLButtonElement && [" ", "Enter"].includes(event.key);
-  if (isModified || isButtonKey || event.target instanceof HTMLSelectElement) return;
-  const name = KEYS[event.key.toLowerCase()];
+  const button = event.target instanceof HTMLButtonElement ? event.target : null;
+  if (isModified || event.target instanceof HTMLSelectElement || (button !== null && event.key === " ")) return;
+  const clickedButton = event.key === "Enter" ? button : null;
+  const name = clickedButton === null ? KEYS[event.key.toLowerCase()] : (clickedButton.id as ButtonName);
+  // A key that is held repeats steps, but no other action of a button.
+  if (event.repeat && name !== undefined && !REPEATED_BUTTONS.includes(name)) return event.preventDefault();
+  if (clickedButton !== null) return;
   if (name !== undefined) actions[name]();
   else if (event.key === "<" || event.key === ">") changeSpeed(session, event.key === ">" ? 1 : -1);
   else if (/^[1-9]$/.test(event.key)) chooseCamera(session, Number(event.key) - 1);

@@ -146,7 +146,10 @@ export class QuarcPlayer extends HTMLElement {
 
   #showFault(message: string): void {
     const fault = makeFault("limit", message);
-    this.#root.replaceChildren(describeFault(fault, null));
+    for (const element of this.#root.querySelectorAll("canvas, .bar")) element.remove(); // they need a player
+    const panel = this.#root.querySelector<HTMLElement>(".fault");
+    panel?.replaceChildren(describeFault(fault, null));
+    panel?.removeAttribute("hidden");
     this.dispatchEvent(new CustomEvent("error", { detail: fault }));
   }
 }

@@ -5,7 +5,7 @@ import { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { frameRate } from "../statistics.js";
-import { showLive, showPlaying } from "./button-states.js";
+import { showLive, showPlaying, showSpeed } from "./button-states.js";
 import { describeFault } from "./faults.js";
 import { describeLoading, listStatistics } from "./format.js";
 import { createLayout, type Layout } from "./layout.js";
@@ -14,7 +14,7 @@ import { Timeline } from "./timeline.js";
 const WAITING_DELAY_MS = 400; // before the waiting indicator is shown
 const FORWARDED_EVENTS: readonly (keyof PlayerEvents)[] = [
   ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
-  ...(["waiting", "progress", "view", "liveedge", "error"] as const),
+  ...(["waiting", "progress", "view", "liveedge", "settings", "error"] as const),
 ];
 
 export class Session {
@@ -54,8 +54,8 @@ export class Session {
     this.layout.faultPanel.hidden = true;
     this.layout.poster.hidden = poster === null;
     if (poster !== null) this.layout.poster.src = poster;
-    this.#showLoading(0, null);
     void this.player.open(source, { frame }).catch(() => undefined); // the error event shows the error
+    this.#showLoading(0, null);
   }
 
   toggleStatistics(): void {
@@ -92,11 +92,11 @@ export class Session {
     player.onDecoded((packet) => this.#handleDecoded(packet));
     player.addEventListener("info", () => this.#listCameras());
     player.addEventListener("frame", () => this.#hideLoading());
+    for (const type of ["frame", "waiting"] as const) player.addEventListener(type, () => this.#restartWaiting());
     const { poster, canvas } = this.layout;
     poster.addEventListener("error", () => (poster.hidden = true));
     canvas.addEventListener("pointerdown", () => (poster.hidden = true)); // the poster does not follow the view
     player.addEventListener("progress", ({ detail }) => this.#showLoading(detail.bytes, detail.byteLength));
-    player.addEventListener("waiting", ({ detail }) => this.#handleWaiting(detail.isWaiting));
     player.addEventListener("error", ({ detail }) => this.#showFault(detail));
     for (const type of ["play", "pause"] as const) {
       player.addEventListener(type, () => this.#host.toggleAttribute("playing", player.isPlaying));
@@ -116,16 +116,17 @@ export class Session {
     this.refresh();
   }
 
-  #handleWaiting(isWaiting: boolean): void {
+  /** Hide the waiting indicator until playback has waited for WAITING_DELAY_MS since the last frame. */
+  #restartWaiting(): void {
     clearTimeout(this.#waitingTimer);
-    if (!isWaiting) this.layout.waitingIndicator.hidden = true;
-    else this.#waitingTimer = window.setTimeout(() => this.#showWaiting(), WAITING_DELAY_MS);
+    this.layout.waitingIndicator.hidden = true;
+    if (this.player.isWaiting) this.#waitingTimer = window.setTimeout(() => this.#showWaiting(), WAITING_DELAY_MS);
   }
 
-  /** Show the waiting indicator, unless the loading panel or an error is shown. */
+  /** Show the waiting indicator if playback waits, unless the loading panel or an error is shown. */
   #showWaiting(): void {
     const { waitingIndicator, loadingPanel, faultPanel } = this.layout;
-    waitingIndicator.hidden = !(loadingPanel.hidden && faultPanel.hidden);
+    waitingIndicator.hidden = !(this.player.isWaiting && loadingPanel.hidden && faultPanel.hidden);
   }
 
   #showFault(fault: PlayerFault): void {
@@ -134,7 +135,7 @@ export class Session {
     const wasPlaying = this.player.isStoppedByError;
     const canRetry = source !== null && fault.kind === "network";
     const retry = (): void => {
-      if (source !== null) this.open(source, null, this.player.frame ?? this.#startFrame);
+      if (source !== null) this.open(source, null, this.player.targetFrame ?? this.#startFrame);
       if (wasPlaying) this.player.play();
     };
     layout.loadingPanel.hidden = layout.waitingIndicator.hidden = true;
@@ -144,8 +145,9 @@ export class Session {
 
   #showLoading(bytes: number, byteLength: number | null): void {
     if (this.player.frame !== null || !this.layout.faultPanel.hidden) return;
-    const { loadingPanel, loadingText, progress } = this.layout;
+    const { loadingPanel, loadingText, progress, waitingIndicator } = this.layout;
     loadingPanel.hidden = false;
+    waitingIndicator.hidden = true;
     loadingText.textContent = describeLoading(bytes, byteLength);
     if (byteLength === null) progress.removeAttribute("value");
     else progress.value = bytes / Math.max(1, byteLength);
@@ -192,7 +194,7 @@ export class Session {
     const timeNodes = isLoading || info === null ? [] : describeTime(shownFrame, player.endFrame, info);
     layout.timeText.replaceChildren(...timeNodes);
     layout.cameraSelect.value = player.camera ?? "";
-    layout.speedSelect.value = String(player.speed);
+    showSpeed(layout.speedSelect, player.speed);
     layout.buttons.loop.ariaPressed = String(player.loop);
     showPlaying(layout.buttons.play, player.isPlaying);
     const isLive = info?.isLive === true && player.endFrame === null;

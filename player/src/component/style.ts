@@ -2,7 +2,7 @@
 
 export const STYLE = `
 :host { display: block; position: relative; overflow: hidden; aspect-ratio: 16 / 10; min-height: 240px;
-  container-type: inline-size; background: #0d0f12; color: #d9dde3; color-scheme: dark; --accent: #6aa8ff;
+  container-type: size; background: #0d0f12; color: #d9dde3; color-scheme: dark; --accent: #6aa8ff;
   font: 13px/1.4 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; border-radius: 8px; }
 :host(:fullscreen) { border-radius: 0; }
 :host([hidden]) { display: none; }
@@ -10,13 +10,13 @@ export const STYLE = `
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
 .frame { position: absolute; inset: 0; display: flex; flex-direction: column; }
-.picture { position: relative; flex: 1; min-height: 0; }
+.picture { position: relative; flex: 1 0 40%; overflow: hidden; }
 canvas.view { position: absolute; inset: 0; width: 100%; height: 100%; display: block; outline: none;
   touch-action: none; cursor: grab; background: #000; }
 .poster { position: absolute; inset: 0; width: 100%; height: 100%; object-fit: contain; background: #000; pointer-events: none; }
 canvas.view:active { cursor: grabbing; }
 canvas.view:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
-.bar { background: #14171c; border-top: 1px solid #23282f; padding: 8px 12px 8px;
+.bar { overflow-y: auto; background: #14171c; border-top: 1px solid #23282f; padding: 8px 12px 8px;
   padding-bottom: max(8px, env(safe-area-inset-bottom)); }
 .timeline { position: relative; height: 34px; border-radius: 4px; }
 .timeline canvas { position: absolute; inset: 0; width: 100%; height: 100%; }
@@ -55,7 +55,8 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
 .loading progress::-webkit-progress-bar { background: #2b313a; }
 .loading progress::-webkit-progress-value { background: var(--accent); }
 .loading progress::-moz-progress-bar { background: var(--accent); }
-.fault { position: absolute; inset: 0; display: grid; place-content: center; padding: 16px; background: #0d0f12b8; }
+.fault { position: absolute; inset: 0; display: grid; place-content: safe center; overflow-y: auto; padding: 16px;
+  background: #0d0f12b8; }
 .fault div { max-width: 460px; padding: 18px 22px; border-radius: 8px; background: #14171c; border: 1px solid #2b313a;
   border-left: 3px solid var(--accent); box-shadow: 0 8px 32px #0008; }
 .fault h2 { margin: 0 0 6px; font-size: 15px; font-weight: 600; color: #fff; }
@@ -74,6 +75,10 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
   button { width: 40px; height: 40px; padding: 9px; }
   select { height: 36px; min-width: 0; }
   #camera { flex: 1; max-width: none; }
+}
+@container (max-width: 520px) or (max-height: 300px) {
+  .fault { padding: 4px; }
+  .fault div { padding: 8px 12px; }
 }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } .waiting { animation-duration: 4s; } }
 `;
