@@ -109,7 +109,8 @@ impl Found {
             "verify" => Ok(Task::Verify { file }),
             "info" => Ok(Task::Info { file, json: self.json }),
             _ => {
-                let folder = self.folder.ok_or("decode needs -o and the name of a folder")?;
+                let folder = self.folder.filter(|folder| !folder.as_os_str().is_empty());
+                let folder = folder.ok_or("decode needs -o and the name of a folder")?;
                 let Found { start, stop, recover, .. } = self;
                 Ok(Task::Decode(Wanted { file, folder, start, stop, recover }))
             }

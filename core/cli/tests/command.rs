@@ -73,6 +73,7 @@ fn failures_are_one_line_and_an_exit_status() {
     assert_fails(&quarc(&["verify".as_ref(), folder.join("none").as_os_str()]), 2, "none: ");
     assert_fails(&quarc(&["verify"]), 2, "needs the name of a stream");
     assert_fails(&quarc(&["dance", "a"]), 2, "unknown command");
+    assert_fails(&quarc(&["decode", "a", "-o", ""]), 2, "decode needs -o and the name of a folder");
     assert_fails(&quarc(&["verify", "a", "b"]), 2, "unexpected argument");
     let large = stream("journey").with_file_name("../resource/gaussians.quarc");
     assert_fails(&quarc(&["verify".as_ref(), large.as_os_str()]), 3, "exceed this decoder");
@@ -176,6 +177,15 @@ fn recovery_writes_intact_frames_and_reports_gaps() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(said.contains("frames lost: unknown; truncated"), "{said}");
     assert!(names(&frames).len() >= 7);
+}
+
+#[cfg(unix)]
+#[test]
+fn an_input_that_cannot_be_read_is_not_declined() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_quarc"));
+    let input = fs::File::open(env!("CARGO_TARGET_TMPDIR")).expect("a folder");
+    let output = command.arg("conformance").stdin(input).output().expect("it starts");
+    assert_fails(&output, 2, "Is a directory");
 }
 
 /// Standard input is a pipe here; /dev/stdin is a pipe with a path.

@@ -9,7 +9,7 @@ use quarc::state::State;
 use quarc::stream::{decode_all, Decoder};
 use serde_json::{json, Value};
 use sha2::{Digest, Sha256};
-use std::io::{self, Read, Write};
+use std::io::{self, ErrorKind, Read, Write};
 
 /// How to report the floats of a frame.
 #[derive(Clone, Copy)]
@@ -117,7 +117,8 @@ impl<W: Write> Lines<W> {
         Ok(())
     }
 
-    /// Write the last line, if decoding failed, and return the exit status.
+    /// Write the last line, if decoding failed, and return the exit status. An unreadable input and a
+    /// malformed job are errors: they say nothing about a stream.
     fn end(&mut self, told: Result<(), Fault>) -> Said<u8> {
         let error = match told {
             Ok(()) => return Ok(0),
@@ -128,7 +129,10 @@ impl<W: Write> Lines<W> {
             self.say(&json!({ "refused": reject.id(), "message": error.to_string() }))?;
             return Ok(1);
         }
-        self.say(&json!({ "declined": error.to_string() }))?;
+        let Error::Limit(reason) = error else {
+            return Err(io::Error::new(ErrorKind::Other, error.to_string()));
+        };
+        self.say(&json!({ "declined": reason }))?;
         Ok(3)
     }
 }
