@@ -94,6 +94,7 @@ export class Quarc {
 
   /** A decoder of the frames from `start` on; it needs the whole stream. */
   openSeek(start) {
+    if (start !== start >>> 0) throw new RangeError(`${start} is not the ordinal of a frame`);
     return new Decoder(this, this.#functions.quarc_open_seek(start));
   }
 

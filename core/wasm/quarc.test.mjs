@@ -111,6 +111,9 @@ test("floats are the integers times the steps in HEAD", async () => {
 
 test("seeking returns frames, and recovery reports gaps", async () => {
   const quarc = await load();
+  for (const start of [-1, 1.5, 2 ** 32, NaN, "4"]) {
+    assert.throws(() => quarc.openSeek(start), /is not the ordinal of a frame/);
+  }
   const stream = read("journey");
   const seeking = quarc.openSeek(4);
   seeking.push(stream);
