@@ -11,6 +11,7 @@ export type * from "./protocol.js";
 export { Splats } from "./splats.js";
 export type { Statistics } from "./statistics.js";
 export { StreamError } from "./stream-error.js";
+export { hasHeadset } from "./vr/headset.js";
 export { readFrames } from "./worker-frames.js";
 export type { FramesOptions } from "./decode/frames.js";
 export { QuarcPlayer };

@@ -26,6 +26,8 @@ export interface PlayerEvents {
   view: null;
   /** Speed or loop has been set. */
   settings: null;
+  /** The scene is now shown in a headset, or on the canvas again. */
+  headset: { readonly isInHeadset: boolean };
   error: PlayerFault;
 }
 

@@ -18,6 +18,7 @@ import { makeFault } from "./stream-error.js";
 import { Controls } from "./view/controls.js";
 import type { Axis } from "./view/scene.js";
 import { Viewer } from "./view/viewer.js";
+import { Headset } from "./vr/headset.js";
 import { makeDecoder, makeSorter } from "./workers.js";
 
 export class Player extends PlayerEventTarget {
@@ -25,6 +26,7 @@ export class Player extends PlayerEventTarget {
   readonly #playback: Playback;
   readonly #viewer: Viewer;
   readonly #controls: Controls | null;
+  readonly #headset: Headset;
   #recorder = new Recorder();
   readonly #pendingPromises = new PendingPromises();
   #requestedCamera: string | null = null;
@@ -56,6 +58,10 @@ export class Player extends PlayerEventTarget {
       onError: (fault) => this.#handleFault(fault),
     });
     this.#controls = controls ? new Controls(canvas, this.#viewer) : null;
+    this.#headset = new Headset(this.#stage, this.#viewer, {
+      onChange: () => this.dispatch("headset", { isInHeadset: this.isInHeadset }),
+      onSelect: () => (this.isPlaying ? this.pause() : this.play()),
+    });
   }
 
   /**
@@ -121,6 +127,7 @@ export class Player extends PlayerEventTarget {
   dispose(): void {
     this.pause();
     this.#controls?.dispose();
+    this.#headset.dispose();
     this.#playback.close();
     this.#stage.dispose();
     this.#pendingPromises.close(makeFault("player", "the player was disposed"));
@@ -244,6 +251,26 @@ export class Player extends PlayerEventTarget {
   /** Turn the scene upside down by negating the up vector. */
   flip(): void {
     this.#viewer.flip();
+  }
+
+  /** Whether the scene is shown in a headset instead of on the canvas. */
+  get isInHeadset(): boolean {
+    return this.#headset.isActive;
+  }
+
+  /**
+   * Show the scene in a headset (WebXR), from the current view. Browsers require that the user has just pressed a button
+   * or key. The scene has its true size if the stream states its scale; otherwise the pivot is 2 m away.
+   *
+   * Rejects with a DrawingError or DOMException if no headset can be used.
+   */
+  enterHeadset(): Promise<void> {
+    return this.#headset.enter();
+  }
+
+  /** Return from the headset to the view before. */
+  leaveHeadset(): Promise<void> {
+    return this.#headset.leave();
   }
 
   /**

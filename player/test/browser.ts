@@ -31,6 +31,8 @@ export interface PageOptions extends ServerOptions {
   readonly width?: number;
   readonly height?: number;
   readonly isTouch?: boolean;
+  /** JavaScript to run before the page's own scripts. */
+  readonly initScript?: string;
   /** Console errors that the test expects. */
   readonly expectedErrors?: RegExp;
 }
@@ -65,6 +67,7 @@ export class PlayerPage {
     const viewport = { width, height };
     const page = await browser.newPage({ viewport, hasTouch: options.isTouch ?? false });
     const playerPage = new PlayerPage(page, server, options.expectedErrors ?? null);
+    if (options.initScript !== undefined) await page.addInitScript(options.initScript);
     await page.goto(`${server.origin}/`);
     return playerPage;
   }

@@ -119,7 +119,7 @@ def build_iframe(title: str, url: str, width: int, height: int) -> str:
         "width": str(width),
         "height": str(height),
         "style": "border: 0; max-width: 100%",
-        "allow": "autoplay; fullscreen",
+        "allow": "autoplay; fullscreen; xr-spatial-tracking",
     }
     return f"<iframe {_build_attributes(attributes)}></iframe>"
 

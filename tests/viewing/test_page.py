@@ -98,7 +98,7 @@ def test_an_iframe_shows_a_page():
             "width": "960",
             "height": "640",
             "style": "border: 0; max-width: 100%",
-            "allow": "autoplay; fullscreen",
+            "allow": "autoplay; fullscreen; xr-spatial-tracking",
         }
     ]
 

@@ -31,6 +31,7 @@ function listActions(session: Session): Readonly<Record<ButtonName, () => void>>
     },
     flip: () => player.flip(),
     statistics: () => session.toggleStatistics(),
+    headset: () => session.toggleHeadset(),
     fullscreen: () => session.toggleFullscreen(),
   };
 }
@@ -43,6 +44,7 @@ const KEYS: Readonly<Record<string, ButtonName>> = {
   l: "loop",
   u: "flip",
   i: "statistics",
+  v: "headset",
   f: "fullscreen",
 };
 

@@ -14,5 +14,6 @@ export const ICONS = {
   live: `<i></i><span>Live</span>`,
   flip: makeIcon(`<path d="M7 20V5M3.5 8.5L7 5l3.5 3.5M17 4v15M13.5 15.5L17 19l3.5-3.5"/>`),
   statistics: makeIcon(`<path d="M5 20v-7M12 20V4M19 20v-10" stroke-width="2.4"/>`),
+  headset: makeIcon(`<path d="M5 7h14a2 2 0 0 1 2 2v6a2 2 0 0 1-2 2h-3.5L12 14l-3.5 3H5a2 2 0 0 1-2-2V9a2 2 0 0 1 2-2z"/>`),
   fullscreen: makeIcon(`<path d="M4 9V4h5M15 4h5v5M20 15v5h-5M9 20H4v-5"/>`),
 } as const;

@@ -14,6 +14,7 @@ const BUTTONS = {
   live: ["live", "Jump to the newest frame", "End"],
   flip: ["flip", "Turn upside down", "U"],
   statistics: ["statistics", "Statistics", "I"],
+  headset: ["headset", "Show in a headset", "V"],
   fullscreen: ["fullscreen", "Full screen", "F"],
 } as const;
 
@@ -38,8 +39,8 @@ export interface Layout {
 
 const makeButton = (name: ButtonName): string => {
   const [icon, label, key] = BUTTONS[name];
-  const classAttribute = name === "play" ? ' class="main"' : "";
-  return `<button type="button" id="${name}"${classAttribute} title="${label} (${key})" aria-label="${label}">${ICONS[icon]}</button>`;
+  const attributes = { play: ' class="main"', headset: " hidden" }[name as string] ?? "";
+  return `<button type="button" id="${name}"${attributes} title="${label} (${key})" aria-label="${label}">${ICONS[icon]}</button>`;
 };
 
 const speedOptions = SPEEDS.map((speed) => `<option value="${speed}">${speed}×</option>`).join("");
@@ -61,7 +62,7 @@ const TEMPLATE = `<style>${STYLE}</style>
       <span class="time"></span><span class="gap"></span>
       <select id="camera" aria-label="Camera" title="Camera (1 to 9)"></select>
       <select id="speed" aria-label="Speed" title="Speed (&lt; and &gt;)">${speedOptions}</select>
-      ${makeButton("flip")}${makeButton("statistics")}${makeButton("fullscreen")}
+      ${makeButton("flip")}${makeButton("statistics")}${makeButton("headset")}${makeButton("fullscreen")}
     </div>
   </div>
 </div>`;

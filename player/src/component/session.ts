@@ -5,6 +5,7 @@ import { Player } from "../player.js";
 import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { frameRate } from "../statistics.js";
+import { hasHeadset } from "../vr/headset.js";
 import { showLive, showPlaying, showSpeed } from "./button-states.js";
 import { describeFault } from "./faults.js";
 import { describeLoading, listStatistics } from "./format.js";
@@ -14,7 +15,7 @@ import { Timeline } from "./timeline.js";
 const WAITING_DELAY_MS = 400; // before the waiting indicator is shown
 const FORWARDED_EVENTS: readonly (keyof PlayerEvents)[] = [
   ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
-  ...(["waiting", "progress", "view", "liveedge", "settings", "error"] as const),
+  ...(["waiting", "progress", "view", "liveedge", "settings", "headset", "error"] as const),
 ];
 
 export class Session {
@@ -36,6 +37,9 @@ export class Session {
     this.player = new Player(this.layout.canvas);
     this.#addListeners();
     const { layout, signal } = this;
+    const showHeadsetButton = async (): Promise<void> => void (layout.buttons.headset.hidden = !(await hasHeadset()));
+    navigator.xr?.addEventListener("devicechange", () => void showHeadsetButton(), { signal });
+    void showHeadsetButton();
     layout.slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
     onScreenResize(layout.chart, () => this.refresh(), signal);
   }
@@ -69,6 +73,12 @@ export class Session {
     const isFullscreen = this.#host.matches(":fullscreen"); // also inside another shadow root
     // If a page in an iframe has no permission for full screen, nothing happens.
     void (isFullscreen ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
+  }
+
+  /** Enter or leave a headset; the browser tells the user if it cannot be entered. */
+  toggleHeadset(): void {
+    const { player } = this;
+    void (player.isInHeadset ? player.leaveHeadset() : player.enterHeadset()).catch(() => undefined);
   }
 
   /** Update statistics, timeline and buttons at the next animation frame. */

@@ -8,13 +8,27 @@
  */
 
 import type { FramePacket, StreamInfo } from "../protocol.js";
-import { eyeCenter, type Area, type Eye } from "./eye.js";
+import { eyeCenter, type Eye } from "./eye.js";
 import { buildProgram, DrawingError, numberSamplers } from "./programs.js";
 import { SlotTextures } from "./slot-textures.js";
 import { samplerNames, SPLAT_FRAGMENT_SHADER, splatVertexShader } from "./splat-shaders.js";
 
 const NEAR_FRACTION = 0.8; // SPEC 3.1
 const QUAD_CORNERS = 4;
+
+/** A rectangle of pixels; the origin is the lower left corner, as in WebGL and WebXR. */
+export interface Viewport {
+  readonly x: number;
+  readonly y: number;
+  readonly width: number;
+  readonly height: number;
+}
+
+/** The picture of an eye, and the part of a framebuffer that it fills; both have the same size. */
+export interface PlacedPicture {
+  readonly eye: Eye;
+  readonly viewport: Viewport;
+}
 
 const CONTEXT_ATTRIBUTES: WebGLContextAttributes = {
   alpha: false,
@@ -63,17 +77,29 @@ export class Painter {
     this.#splatCount = order.length;
   }
 
-  /** Draw the picture of an eye into an area of the same size; the other pixels of the canvas become black. */
-  paint(eye: Eye, area: Area, canvasHeight: number, target: WebGLFramebuffer | null = null): void {
+  /** Make a framebuffer black, by default that of the canvas, and draw pictures into parts of it. */
+  paint(pictures: readonly PlacedPicture[], target: WebGLFramebuffer | null = null): void {
     const gl = this.gl;
-    const bottom = canvasHeight - area.top - area.height;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.disable(gl.SCISSOR_TEST);
     gl.clearColor(0, 0, 0, 1);
     gl.clear(gl.COLOR_BUFFER_BIT);
-    gl.viewport(area.left, bottom, area.width, area.height);
-    gl.scissor(area.left, bottom, area.width, area.height);
     gl.enable(gl.SCISSOR_TEST);
+    for (const { eye, viewport } of pictures) this.#paintEye(eye, viewport);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+  }
+
+  dispose(): void {
+    this.#slotTextures.dispose();
+    this.gl.deleteBuffer(this.#orderBuffer);
+    this.gl.deleteVertexArray(this.#vertexArray);
+    this.gl.deleteProgram(this.#program);
+  }
+
+  #paintEye(eye: Eye, { x, y, width, height }: Viewport): void {
+    const gl = this.gl;
+    gl.viewport(x, y, width, height);
+    gl.scissor(x, y, width, height);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.useProgram(this.#program);
@@ -86,14 +112,6 @@ export class Painter {
     gl.bindVertexArray(this.#vertexArray);
     gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, QUAD_CORNERS, this.#splatCount);
     gl.bindVertexArray(null);
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-  }
-
-  dispose(): void {
-    this.#slotTextures.dispose();
-    this.gl.deleteBuffer(this.#orderBuffer);
-    this.gl.deleteVertexArray(this.#vertexArray);
-    this.gl.deleteProgram(this.#program);
   }
 
   #setSteps(info: StreamInfo): void {

@@ -29,7 +29,7 @@ export function takePicture(painter: Painter, eye: Eye, format: PixelFormat): Fl
     if (gl.checkFramebufferStatus(gl.FRAMEBUFFER) !== gl.FRAMEBUFFER_COMPLETE) {
       throw new DrawingError(`there is no graphics memory for ${width} x ${height} pixels`);
     }
-    painter.paint(eye, { left: 0, top: 0, width, height }, height, target);
+    painter.paint([{ eye, viewport: { x: 0, y: 0, width, height } }], target);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     return readPixels(gl, width, height, format);
   } finally {

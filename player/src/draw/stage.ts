@@ -6,8 +6,8 @@
  */
 
 import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
-import { eyeAxis, fitArea, resizeEye, widenEye, type Area, type Eye } from "./eye.js";
-import { openContext, Painter } from "./painter.js";
+import { eyeAxis, fitArea, resizeEye, widenEye, type Eye } from "./eye.js";
+import { openContext, Painter, type PlacedPicture } from "./painter.js";
 import { takePicture, type PixelFormat } from "./picture.js";
 import { DrawingError } from "./programs.js";
 import { onScreenResize } from "./screen-size.js";
@@ -49,6 +49,7 @@ export class Stage {
   #pendingPacket: FramePacket | null = null;
   #order = new Uint32Array(0);
   #drawRequest = 0;
+  #isInHeadset = false;
 
   constructor(canvas: HTMLCanvasElement, startSorter: () => Worker, events: StageEvents) {
     this.#canvas = canvas;
@@ -98,6 +99,26 @@ export class Stage {
     this.#framing = framing;
     this.#requestDrawing();
     this.#sortIfViewTurned();
+  }
+
+  /** Prepare to draw in a headset instead of on the canvas; return the layer that the headset shows. */
+  async makeHeadsetLayer(session: XRSession): Promise<XRWebGLLayer> {
+    await this.#gl.makeXRCompatible();
+    this.#isInHeadset = true;
+    return new XRWebGLLayer(session, this.#gl, { alpha: false, antialias: false, depth: false, stencil: false });
+  }
+
+  /** Draw the current frame for the eyes of the headset; it is sorted for the first. */
+  paintHeadset(pictures: readonly PlacedPicture[], target: WebGLFramebuffer | null): void {
+    this.#eye = pictures[0]?.eye ?? this.#eye;
+    if (!this.#gl.isContextLost()) this.#painter?.paint(pictures, target);
+    this.#sortIfViewTurned();
+  }
+
+  /** Draw on the canvas again. */
+  leaveHeadset(): void {
+    this.#isInHeadset = false;
+    this.#requestDrawing();
   }
 
   /** Draw the current frame from an eye, off screen; see `Player.takePicture`. */
@@ -191,17 +212,17 @@ export class Stage {
 
   #draw(): void {
     this.#drawRequest = 0;
-    if (this.#painter === null || this.#eye === null || this.#gl.isContextLost()) return;
+    if (this.#painter === null || this.#eye === null || this.#isInHeadset || this.#gl.isContextLost()) return;
     this.#fitCanvas();
-    const [eye, area] = this.#fitEye(this.#eye);
-    this.#painter.paint(eye, area, this.#canvas.height);
+    this.#painter.paint([this.#placePicture(this.#eye)]);
   }
 
-  #fitEye(eye: Eye): [Eye, Area] {
+  #placePicture(eye: Eye): PlacedPicture {
     const { width, height } = this.#canvas;
-    if (this.#framing === "wide") return [widenEye(eye, width, height), { left: 0, top: 0, width, height }];
-    const area = fitArea(eye, width, height);
-    return [resizeEye(eye, area.width, area.height), area];
+    if (this.#framing === "wide") return { eye: widenEye(eye, width, height), viewport: { x: 0, y: 0, width, height } };
+    const { left, top, ...size } = fitArea(eye, width, height);
+    const viewport = { x: left, y: height - top - size.height, ...size };
+    return { eye: resizeEye(eye, size.width, size.height), viewport };
   }
 
   /** Give the canvas the resolution of the screen, but at most MAX_PIXELS pixels. */

@@ -5,6 +5,7 @@ import type { Stage } from "../draw/stage.js";
 import type { CaptureCamera, FramePacket, StreamInfo } from "../protocol.js";
 import { findDistance, findUp, makeCamera, samplePositions, type Axis } from "./scene.js";
 import { approach, eyeFromPose, flip, move, orbit, scale, poseFromEye, turn, type Pose } from "./pose.js";
+import { placeHeadset, type Placement } from "../vr/placement.js";
 
 export class Viewer {
   readonly #stage: Stage;
@@ -131,6 +132,16 @@ export class Viewer {
   flip(): void {
     this.#up = scale(this.#up, -1);
     this.#changePose(flip);
+  }
+
+  /** Place a headset at the view; null before the first frame. */
+  placeHeadset(): Placement | null {
+    return this.#pose && placeHeadset(this.#pose, this.#up, this.#info?.metersPerUnit ?? 0);
+  }
+
+  /** Pass the view to the stage again, after the headset has been left. */
+  restore(): void {
+    this.#updateStage();
   }
 
   #changePose(change: (pose: Pose) => Pose): void {

@@ -1,0 +1,127 @@
+/** Shows the scene in a headset (WebXR): the trigger plays and pauses; the left stick moves, the right one turns and lifts. */
+
+import { DrawingError } from "../draw/programs.js";
+import type { Stage } from "../draw/stage.js";
+import type { Viewer } from "../view/viewer.js";
+import { eyeFromView, moveHeadset, turnHeadset, type Placement } from "./placement.js";
+
+const METERS_PER_SECOND = 1.5;
+const TURN_ANGLE = Math.PI / 6;
+const DEAD_ZONE = 0.15; // deflections of a stick that are ignored
+const TURN_DEFLECTION = 0.7; // at which a stick turns the view, once until it is released
+
+export interface HeadsetEvents {
+  /** The scene appears in the headset, or no longer. */
+  onChange(): void;
+  onSelect(): void;
+}
+
+export class Headset {
+  readonly #stage: Stage;
+  readonly #viewer: Viewer;
+  readonly #events: HeadsetEvents;
+  #session: XRSession | null = null;
+  #placement: Placement | null = null;
+  #isEntering = false;
+  #isDisposed = false;
+  #isTurning = false;
+  #frameTime = 0;
+
+  constructor(stage: Stage, viewer: Viewer, events: HeadsetEvents) {
+    this.#stage = stage;
+    this.#viewer = viewer;
+    this.#events = events;
+  }
+
+  get isActive(): boolean {
+    return this.#placement !== null;
+  }
+
+  /** Show the scene in the headset; see `Player.enterHeadset`. */
+  async enter(): Promise<void> {
+    if (navigator.xr === undefined) throw new DrawingError("this browser has no WebXR, which pages have only over https");
+    const placement = this.#viewer.placeHeadset();
+    if (placement === null) throw new DrawingError("no frame is shown");
+    if (this.#isEntering || this.#session !== null) return;
+    this.#isEntering = true;
+    try {
+      this.#session = await navigator.xr.requestSession("immersive-vr");
+      await this.#start(this.#session, placement);
+    } catch (error) {
+      await this.leave();
+      throw error;
+    } finally {
+      this.#isEntering = false;
+    }
+  }
+
+  /** Return to the page. */
+  async leave(): Promise<void> {
+    await this.#session?.end().catch(() => undefined); // it may have ended already
+  }
+
+  dispose(): void {
+    this.#isDisposed = true;
+    void this.leave();
+  }
+
+  async #start(session: XRSession, placement: Placement): Promise<void> {
+    session.addEventListener("end", () => this.#handleEnd(session));
+    session.addEventListener("select", () => this.#events.onSelect());
+    const layer = await this.#stage.makeHeadsetLayer(session);
+    const space = await session.requestReferenceSpace("local");
+    if (this.#isDisposed || this.#session !== session) throw new DrawingError("the headset was left");
+    await session.updateRenderState({ baseLayer: layer });
+    this.#placement = placement;
+    const draw = (time: number, frame: XRFrame): void => {
+      session.requestAnimationFrame(draw);
+      this.#draw(time, frame, layer, space);
+    };
+    session.requestAnimationFrame(draw);
+    this.#events.onChange();
+  }
+
+  #handleEnd(session: XRSession): void {
+    if (this.#session !== session) return;
+    const wasActive = this.isActive;
+    this.#session = this.#placement = null;
+    if (this.#isDisposed) return;
+    this.#stage.leaveHeadset();
+    this.#viewer.restore();
+    if (wasActive) this.#events.onChange();
+  }
+
+  #draw(time: number, frame: XRFrame, layer: XRWebGLLayer, space: XRReferenceSpace): void {
+    const pose = frame.getViewerPose(space);
+    if (pose === undefined || this.#placement === null) return; // the headset has lost its position
+    const seconds = Math.min(0.1, (time - this.#frameTime) / 1000);
+    this.#frameTime = time;
+    for (const source of frame.session.inputSources) this.#steer(source, pose.transform, seconds);
+    const placement = this.#placement;
+    const pictures = pose.views.flatMap((view) => {
+      const viewport = layer.getViewport(view);
+      return viewport ? [{ eye: eyeFromView(view, viewport, placement), viewport }] : [];
+    });
+    this.#stage.paintHeadset(pictures, layer.framebuffer);
+  }
+
+  #steer({ gamepad, handedness }: XRInputSource, head: XRRigidTransform, seconds: number): void {
+    if (gamepad === undefined || this.#placement === null) return;
+    const [x = 0, y = 0] = gamepad.axes.slice(-2).map((value) => (Math.abs(value) < DEAD_ZONE ? 0 : value));
+    const meters = METERS_PER_SECOND * seconds;
+    if (handedness !== "right") {
+      this.#placement = moveHeadset(this.#placement, head, x * meters, 0, -y * meters);
+      return;
+    }
+    this.#placement = moveHeadset(this.#placement, head, 0, -y * meters, 0);
+    const isTurning = Math.abs(x) > TURN_DEFLECTION;
+    if (isTurning && !this.#isTurning) this.#placement = turnHeadset(this.#placement, head, -Math.sign(x) * TURN_ANGLE);
+    if (isTurning || x === 0) this.#isTurning = isTurning;
+  }
+}
+
+/** Return whether this browser can show scenes in a headset. */
+export async function hasHeadset(): Promise<boolean> {
+  // Pages in an iframe need the permission `xr-spatial-tracking`.
+  return (await navigator.xr?.isSessionSupported("immersive-vr").catch(() => false)) ?? false;
+}
