@@ -126,11 +126,14 @@ def plan_study(arguments: argparse.Namespace, folder: Path, out: Path) -> Study:
         out: Folder for all files of the study.
 
     Raises:
-        ValueError: The preset, a setting, an experiment or a camera does not exist.
+        ValueError: The preset, a setting, an experiment or a camera does not exist, or LPIPS cannot
+            be measured with the given weights or on pictures of this size.
         CaptureError: The capture cannot be read.
     """
     options = CaptureOptions(arguments.downscale, tuple(arguments.held_out))
     capture = open_capture(folder, options)
+    if arguments.lpips:
+        Lpips(arguments.lpips).require_sizes(capture.cameras[index] for index in capture.held_out)
     base_config = _make_base_config(arguments, capture)
     experiments = list_experiments(base_config, arguments.only)
     frames = capture.require_frames(arguments.frames)
@@ -158,8 +161,6 @@ def main(command_line: Sequence[str] | None = None) -> int:
     """
     arguments = _parse_arguments(command_line)
     try:
-        if arguments.lpips:
-            Lpips(arguments.lpips)  # reject a malformed file before the first trial
         studies = plan_studies(arguments)
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
     except (ValueError, CaptureError, EncodeError) as error:

@@ -52,12 +52,7 @@ def measure_quality(
         cameras: Cameras for rendering, in the order of the capture.
         capture: Capture with the held-out pictures.
         lpips: LPIPS network; None to skip LPIPS.
-
-    Raises:
-        MismatchError: The pictures of a camera are too small for LPIPS.
     """
-    if lpips is not None:
-        lpips.require_sizes(cameras[index] for index in capture.held_out)
     quality = Quality()
     for frame, splats in frames:
         views = measure_views(splats, frame, cameras, capture)
