@@ -22,3 +22,29 @@ def test_the_handler_of_sigterm_is_kept_when_pycolmap_is_imported():
     )
 
     assert (completed.returncode, completed.stderr) == (7, b"")
+
+
+_PROGRAM_WITH_SIGNAL_DURING_IMPORT = """
+import signal
+import sys
+signal.signal(signal.SIGTERM, lambda *_: sys.exit(7))
+signals = [signal.SIGTERM]
+def send_signal(event, _arguments):
+    if event == "import" and "pycolmap._core" in sys.modules and signals:
+        signal.raise_signal(signals.pop())
+sys.addaudithook(send_signal)
+import quarc_ref.datasets.colmap_import
+sys.exit(len(signals))
+"""
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pycolmap replaces the handler only there")
+def test_a_signal_during_the_import_of_pycolmap_waits_for_the_handler():
+    completed = subprocess.run(
+        [sys.executable, "-c", _PROGRAM_WITH_SIGNAL_DURING_IMPORT],
+        capture_output=True,
+        timeout=60,
+        check=False,
+    )
+
+    assert (completed.returncode, completed.stderr) == (7, b"")
