@@ -229,6 +229,35 @@ browserTest("full screen can be left in a shadow root, too", async () => {
   await page.page.waitForFunction("document.fullscreenElement === null");
 });
 
+browserTest("without permission for full screen, there is no button for it, and its key does nothing", async () => {
+  const html = '<script type="module" src="quarc-player.js"></script><quarc-player src="stream.quarc"></quarc-player>';
+  await using page = await PlayerPage.open({ attributes: null, files: { "/frame": html } });
+  await page.page.evaluate(() => {
+    const frame = document.createElement("iframe");
+    frame.setAttribute("allow", "fullscreen 'none'");
+    frame.src = "/frame";
+    document.body.append(frame);
+  });
+  const frame = page.page.frameLocator("iframe");
+  await frame.locator("quarc-player canvas.view").press("f");
+  assert.equal(await frame.locator("quarc-player #statistics").isVisible(), true);
+  assert.equal(await frame.locator("quarc-player #fullscreen").isVisible(), false);
+});
+
+browserTest("on a page that is written from right to left, the slider matches the timeline", async () => {
+  await using page = await PlayerPage.open();
+  await page.run(() => void (document.documentElement.dir = "rtl"));
+  await page.waitUntil((player) => player.frame === 0 && player.info?.frameCount === 24);
+  const slider = page.page.locator("quarc-player input[type=range]");
+  const { width, height } = (await slider.boundingBox())!;
+  await slider.click({ position: { x: 0.8 * width, y: height / 2 } });
+  await page.waitUntil((player) => Math.abs((player.frame ?? 0) - 19) <= 1);
+  await page.page.waitForFunction((text) => {
+    const input = document.querySelector("quarc-player")?.shadowRoot?.querySelector("input");
+    return new RegExp(text).test(input?.ariaValueText ?? "");
+  }, "^0\\.\\d\\d s · frame \\d+ of 23$");
+});
+
 browserTest("on a screen with another resolution, the view and the timeline are drawn again", async () => {
   await using page = await PlayerPage.open({ attributes: null });
   // Chromium does not notify media queries when it emulates another resolution, so the test does.

@@ -31,6 +31,23 @@ for (const [width, height] of [[200, 240], [320, 240], [640, 240]] as const) {
   });
 }
 
+browserTest("in a small player, the statistics can be scrolled", async () => {
+  await using page = await PlayerPage.open({ width: 320, height: 240 });
+  await page.waitUntil((player) => player.frame === 0);
+  await page.page.locator("quarc-player canvas.view").press("i");
+  const [panel, lastRow] = [findPanel(page, "statistics"), findPanel(page, "statistics dd").last()];
+  await lastRow.waitFor();
+  await panel.hover();
+  await page.page.mouse.wheel(0, 500);
+  const panelBox = (await panel.boundingBox())!;
+  await page.page.waitForFunction((bottom) => {
+    const row = document.querySelector("quarc-player")?.shadowRoot?.querySelector(".statistics dd:last-child");
+    return (row?.getBoundingClientRect().bottom ?? Infinity) <= bottom;
+  }, panelBox.y + panelBox.height);
+  const pictureBox = (await findPanel(page, "picture").boundingBox())!;
+  assert.ok(panelBox.y + panelBox.height <= pictureBox.height);
+});
+
 browserTest("another try after a failed seek goes to the frame of the seek", async () => {
   await using page = await PlayerPage.open({ heldFrom, supportsRanges: false, expectedErrors: BREAKS });
   await page.waitUntil((player) => player.frame === 0);
@@ -43,6 +60,8 @@ browserTest("another try after a failed seek goes to the frame of the seek", asy
   await findPanel(page, "fault").locator("button").click();
   await page.waitUntil((player) => player.frame !== null && player.frame !== 3);
   assert.equal(await page.run((player) => player.frame), 20);
+  await page.page.keyboard.press("."); // the view has the focus
+  await page.waitUntil((player) => player.frame === 21);
 });
 
 browserTest("the waiting indicator is visible while playback, a seek or a step waits, and never over another panel", async () => {

@@ -40,6 +40,7 @@ export class Session {
     const showHeadsetButton = async (): Promise<void> => void (layout.buttons.headset.hidden = !(await hasHeadset()));
     navigator.xr?.addEventListener("devicechange", () => void showHeadsetButton(), { signal });
     void showHeadsetButton();
+    layout.buttons.fullscreen.hidden = !document.fullscreenEnabled; // in an iframe without permission, and on phones
     layout.slider.addEventListener("pointermove", (event) => this.#describeFrame(event), { signal });
     onScreenResize(layout.chart, () => this.refresh(), signal);
   }
@@ -63,15 +64,14 @@ export class Session {
   }
 
   toggleStatistics(): void {
-    const { statisticsPanel, buttons } = this.layout;
+    const { statisticsPanel } = this.layout;
     statisticsPanel.hidden = !statisticsPanel.hidden;
-    buttons.statistics.ariaPressed = String(!statisticsPanel.hidden);
     this.refresh();
   }
 
   toggleFullscreen(): void {
+    if (!document.fullscreenEnabled) return;
     const isFullscreen = this.#host.matches(":fullscreen"); // also inside another shadow root
-    // If a page in an iframe has no permission for full screen, nothing happens.
     void (isFullscreen ? document.exitFullscreen() : this.#host.requestFullscreen()).catch(() => undefined);
   }
 
@@ -147,6 +147,7 @@ export class Session {
     const retry = (): void => {
       if (source !== null) this.open(source, null, this.player.targetFrame ?? this.#startFrame);
       if (wasPlaying) this.player.play();
+      layout.canvas.focus({ preventScroll: true }); // the button disappears
     };
     layout.loadingPanel.hidden = layout.waitingIndicator.hidden = true;
     layout.faultPanel.replaceChildren(describeFault(fault, canRetry ? retry : null));
@@ -203,6 +204,7 @@ export class Session {
     this.#timeline.draw({ firstFrame, endFrame: isLoading ? firstFrame : endFrame, shownFrame, bufferedTo, frameMs });
     const timeNodes = isLoading || info === null ? [] : describeTime(shownFrame, player.endFrame, info);
     layout.timeText.replaceChildren(...timeNodes);
+    layout.slider.ariaValueText = layout.timeText.textContent;
     layout.cameraSelect.value = player.camera ?? "";
     showSpeed(layout.speedSelect, player.speed);
     layout.buttons.loop.ariaPressed = String(player.loop);
@@ -211,6 +213,7 @@ export class Session {
     layout.buttons.live.hidden = !isLive;
     layout.buttons.loop.hidden = isLive; // a live stream has no end at which to loop
     showLive(layout.buttons.live, player.latency);
+    layout.buttons.statistics.ariaPressed = String(!layout.statisticsPanel.hidden);
     if (!layout.statisticsPanel.hidden) this.#listStatistics();
   }
 

@@ -1,7 +1,7 @@
 /** The style of the component: dark, with one accent color. */
 
 export const STYLE = `
-:host { display: block; position: relative; overflow: hidden; aspect-ratio: 16 / 10; min-height: 240px;
+:host { display: block; position: relative; overflow: hidden; direction: ltr; text-align: start; aspect-ratio: 16 / 10; min-height: 240px;
   container-type: size; background: #0d0f12; color: #d9dde3; color-scheme: dark; --accent: #6aa8ff;
   font: 13px/1.4 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; border-radius: 8px; }
 :host(:fullscreen) { border-radius: 0; }
@@ -43,14 +43,15 @@ svg { display: block; width: 100%; height: 100%; }
 select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 0 2px; border-radius: 6px;
   border: 1px solid #2b313a; background: #1a1e24; color: #d9dde3; text-overflow: ellipsis; }
 #camera:not(:has(option)) { visibility: hidden; } /* no stream yet */
-.statistics { position: absolute; top: 10px; left: 10px; margin: 0; padding: 8px 12px; border-radius: 6px;
+.statistics { position: absolute; top: 10px; left: 10px; max-height: calc(100% - 20px); overflow-y: auto; margin: 0;
+  padding: 8px 12px; border-radius: 6px;
   background: #0d0f12cc; display: grid; grid-template-columns: auto auto; gap: 1px 14px; pointer-events: none;
   font-size: 12px; font-variant-numeric: tabular-nums; }
 .statistics dt { color: #8b94a1; }
 .statistics dd { margin: 0; text-align: right; }
-.loading { position: absolute; left: 50%; bottom: 16px; transform: translateX(-50%); padding: 6px 14px 8px; border-radius: 6px;
-  background: #0d0f12cc; white-space: nowrap; text-align: center; font-variant-numeric: tabular-nums; }
-.loading progress { display: block; width: 180px; height: 3px; margin-top: 5px; appearance: none; border: 0; border-radius: 2px;
+.loading { position: absolute; inset: auto 0 16px; width: fit-content; margin: auto; padding: 6px 14px 8px; border-radius: 6px;
+  background: #0d0f12cc; text-align: center; font-variant-numeric: tabular-nums; }
+.loading progress { display: block; width: 180px; max-width: 100%; height: 3px; margin: 5px auto 0; appearance: none; border: 0; border-radius: 2px;
   overflow: hidden; background: #2b313a; }
 .loading progress::-webkit-progress-bar { background: #2b313a; }
 .loading progress::-webkit-progress-value { background: var(--accent); }
@@ -74,11 +75,12 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
   .gap { flex-basis: 100%; height: 0; }
   button { width: 40px; height: 40px; padding: 9px; }
   select { height: 36px; min-width: 0; }
-  #camera { flex: 1; max-width: none; }
+  #camera { flex: 1; min-width: 80px; max-width: none; }
 }
 @container (max-width: 520px) or (max-height: 300px) {
   .fault { padding: 4px; }
   .fault div { padding: 8px 12px; }
+  .statistics { pointer-events: auto; } /* it may have to be scrolled */
 }
 @media (prefers-reduced-motion: reduce) { * { transition: none !important; } .waiting { animation-duration: 4s; } }
 `;
