@@ -4,9 +4,10 @@
 import { answerStream } from "./answers.js";
 import type { Line } from "./answers.js";
 import { answerJobs, CAPABILITIES, MalformedJob } from "./jobs.js";
-import { FileSource } from "./source.js";
+import { FileSource, writeAll } from "./source.js";
 
 const STANDARD_INPUT = 0;
+const STANDARD_OUTPUT = 1;
 const EXIT_REFUSED = 1;
 const EXIT_FAILED = 2;
 const EXIT_DECLINED = 3;
@@ -40,12 +41,12 @@ function decodeInput(): number {
 }
 
 /**
- * Write a line of JSON; `bigint` values are written as strings. Writes to files and pipes are not buffered, because the
- * sender of the stream may wait for the line.
+ * Write a line of JSON; `bigint` values are written as strings. The line is not buffered, because the sender of the
+ * stream may wait for it: `process.stdout` would keep it while this program waits for input.
  */
 function writeLine(line: Line): void {
   const text = JSON.stringify(line, (_, value: unknown) => (typeof value === "bigint" ? value.toString() : value));
-  process.stdout.write(`${text}\n`);
+  writeAll(STANDARD_OUTPUT, Buffer.from(`${text}\n`));
 }
 
 /** Exit after an error of standard input or output, or a malformed job; throw any other error again. */
@@ -56,7 +57,6 @@ function exitAfterError(error: NodeJS.ErrnoException): never {
   process.exit(EXIT_FAILED);
 }
 
-process.stdout.on("error", exitAfterError);
 try {
   process.exitCode = main(process.argv.slice(2));
 } catch (error) {

@@ -1,6 +1,6 @@
-/** Sources from which bytes are read sequentially: memory and files. */
+/** Sources from which bytes are read sequentially, memory and files; and the output, which is a file, too. */
 
-import { readSync } from "node:fs";
+import { readSync, writeSync } from "node:fs";
 
 /** A source of the bytes of a stream. */
 export interface Source {
@@ -61,13 +61,29 @@ export class FileSource implements Source {
 
 /** Read at least one byte, waiting for a pipe if necessary; return the number of bytes, 0 at the end. */
 export function readSome(descriptor: number, piece: Uint8Array): number {
+  try {
+    return waitFor(() => readSync(descriptor, piece));
+  } catch (error) {
+    if ((error as NodeJS.ErrnoException).code === "EOF") return 0;
+    throw error;
+  }
+}
+
+/** Write all bytes, waiting for the reader of a pipe if necessary. */
+export function writeAll(descriptor: number, bytes: Uint8Array): void {
+  for (let written = 0; written < bytes.length; ) {
+    const rest = bytes.subarray(written);
+    written += waitFor(() => writeSync(descriptor, rest));
+  }
+}
+
+/** Repeat an operation until the pipe is ready for it. */
+function waitFor(operate: () => number): number {
   for (;;) {
     try {
-      return readSync(descriptor, piece);
+      return operate();
     } catch (error) {
-      const code = (error as NodeJS.ErrnoException).code;
-      if (code === "EOF") return 0;
-      if (code !== "EAGAIN") throw error;
+      if ((error as NodeJS.ErrnoException).code !== "EAGAIN") throw error;
       Atomics.wait(new Int32Array(new SharedArrayBuffer(4)), 0, 0, RETRY_MILLISECONDS);
     }
   }

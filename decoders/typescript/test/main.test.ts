@@ -6,7 +6,9 @@ import { once } from "node:events";
 import { closeSync, openSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { test } from "node:test";
+import { setTimeout } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
+import { changeByte, makeChunk } from "./edits.js";
 import { readStream } from "./spec.js";
 
 const COMMAND = fileURLToPath(new URL("../src/main.js", import.meta.url));
@@ -54,3 +56,25 @@ test("the command has one option at most", () => {
     assert.match(stderr.toString(), /^usage: /);
   }
 });
+
+test("lines are written before the command waits for a job", { timeout: 60_000 }, async () => {
+  const head = readStream("A").subarray(0, 101);
+  const stream = Buffer.concat([head, ...Array.from({ length: 2000 }, (_, i) => makeDamagedNote(i + 1))]);
+  const command = spawn(process.execPath, [COMMAND, "--jobs"]);
+  command.stdin.write(`${JSON.stringify({ job: "recover", bytes: stream.length })}\n`);
+  command.stdin.write(stream);
+  await setTimeout(2000); // its lines fill the pipe, and standard input stays open
+  let output = "";
+  for await (const piece of command.stdout) {
+    output += (piece as Buffer).toString();
+    if (output.endsWith('{"done":true}\n')) break;
+  }
+  command.kill();
+
+  assert.equal(output.split("\n").length, 2000 + 3);
+});
+
+function makeDamagedNote(sequence: number): Uint8Array {
+  const chunk = makeChunk("note", sequence, new Uint8Array(1));
+  return changeByte(chunk, 20);
+}
