@@ -67,7 +67,7 @@ export class QuarcModule {
 
   private constructor(instance: WebAssembly.Instance) {
     this.functions = instance.exports as unknown as Functions;
-    this.scratchAddress = this.functions.quarc_allocate(SCRATCH_BYTES);
+    this.scratchAddress = this.functions.quarc_allocate(SCRATCH_BYTES) >>> 0;
   }
 
   /** Create a decoder of the frames from `start` onwards. */
@@ -84,7 +84,8 @@ export class QuarcModule {
   }
 
   /** Read the zero-terminated text at an address; return null for address 0. */
-  readZeroTerminated(address: number): string | null {
+  readZeroTerminated(signedAddress: number): string | null {
+    const address = signedAddress >>> 0;
     if (address === 0) return null;
     const bytes = new Uint8Array(this.functions.memory.buffer, address);
     return this.readText(address, bytes.indexOf(0));
@@ -92,7 +93,7 @@ export class QuarcModule {
 
   /** Allocate memory in the module while `useMemory` runs; return its result. */
   withMemory<T>(size: number, useMemory: (address: number) => T): T {
-    const address = this.functions.quarc_allocate(size);
+    const address = this.functions.quarc_allocate(size) >>> 0;
     if (address === 0) throw new QuarcError(`cannot allocate ${size} bytes`, null);
     try {
       return useMemory(address);
