@@ -115,11 +115,13 @@ for (const [name, viewport] of Object.entries(VIEWPORTS)) {
 browserTest("a single page plays from disk", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);
   const path = join(temporaryFolder, "room.html");
-  runPython(["-m", "quarc_ref", "publish", ROOM_PATH, "-o", path, "--autoplay"]);
+  runPython(["-m", "quarc_ref", "publish", ROOM_PATH, "-o", path]);
   await withPage(pathToFileURL(path).href, async ({ run, waitUntil }) => {
-    await waitUntil((player) => (player.frame ?? 0) >= 3 && player.player?.endFrame === 24);
+    await waitUntil((player) => player.info?.frameCount === 24 && (player.frame ?? 24) < 10);
     await run((player) => player.setFrame(20));
-    await waitUntil((player) => (player.frame ?? 0) >= 20);
+    await waitUntil((player) => player.frame === 20);
+    await run((player) => player.play());
+    await waitUntil((player) => player.frame === 23 && !player.isPlaying);
   });
 });
 

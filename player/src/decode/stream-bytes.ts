@@ -34,7 +34,19 @@ export interface StreamBytes {
 }
 
 export function makeStreamBytes(source: StreamSource): StreamBytes {
-  return "bytes" in source ? new MemoryBytes(new Uint8Array(source.bytes)) : new ReceivedBytes(new HttpSource(source));
+  if ("bytes" in source) return new MemoryBytes(new Uint8Array(source.bytes));
+  const bytes = decodeDataUrl(source.url);
+  return bytes === null ? new ReceivedBytes(new HttpSource(source)) : new MemoryBytes(bytes);
+}
+
+/** Return the bytes of a data URL in base64, which a request would give only in sequence; null for any other URL. */
+function decodeDataUrl(url: string): Uint8Array | null {
+  const base64 = /^data:[^,]*;base64,(.*)$/i.exec(url)?.[1];
+  try {
+    return base64 === undefined ? null : Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+  } catch {
+    return null; // the request reports the error
+  }
 }
 
 class MemoryBytes implements StreamBytes {
