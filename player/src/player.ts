@@ -41,6 +41,7 @@ export class Player extends PlayerEventTarget {
     super();
     this.#stage = new Stage(canvas, makeSorter, {
       onShown: (packet, cost) => this.#handleShown(packet, cost),
+      onLost: () => this.#headset.handleContextLost(),
       onRestored: () => void this.setFrame(this.#playback.target ?? 0),
       onFault: (message) => this.#handleFault(makeFault("limit", message)),
     });
@@ -262,7 +263,8 @@ export class Player extends PlayerEventTarget {
    * Show the scene in a headset (WebXR), from the current view. Browsers require that the user has just pressed a button
    * or key. The scene has its true size if the stream states its scale; otherwise the pivot is 2 m away.
    *
-   * Rejects with a DrawingError or DOMException if no headset can be used.
+   * Resolves when the headset shows the scene. Rejects with a DrawingError or DOMException if no headset can be used, or if
+   * `leaveHeadset` is called before.
    */
   enterHeadset(): Promise<void> {
     return this.#headset.enter();
@@ -306,6 +308,7 @@ export class Player extends PlayerEventTarget {
     if (info !== null && !this.#isSceneMeasured) {
       this.#isSceneMeasured = true;
       this.#viewer.measure(packet, info);
+      this.#headset.placeAgain();
     }
     this.#decodedListener?.(packet);
   }

@@ -7,6 +7,7 @@ import { eyeAxis, eyeCenter, type Eye, type Vector } from "../src/draw/eye.js";
 import { type Pose } from "../src/view/pose.js";
 import { eyeFromView, moveHeadset, placeHeadset, turnHeadset } from "../src/vr/placement.js";
 import { browserTest, PlayerPage } from "./browser.js";
+import { type Pixels } from "./png.js";
 
 const UP: Vector = [0, 1, 0];
 const VIEWPORT = { x: 0, y: 0, width: 800, height: 600 };
@@ -79,10 +80,23 @@ test("in a left-handed world, what is on the right in the view is on the right i
   assertClose([...eyeAxis(eye, 0), ...eyeAxis(eye, 2)], [1, 0, 0, 0, 0, 1]);
 });
 
-test("a view that is rolled or upside down is upright in the headset", () => {
+test("a view that is rolled or upside down is upright in the headset, with the same direction", () => {
   const upsideDown: Pose = { ...POSE, right: [1, 0, 0], down: [0, 0.8, 0.6] };
-  const eye = eyeFromView(makeView(moveTo(0, 0, 0)), VIEWPORT, placeHeadset(upsideDown, UP, 1));
-  assertClose(eyeAxis(eye, 1), [0, -1, 0]);
+  const portrait: Pose = { ...POSE, right: [0, -0.8, -0.6], down: [1, 0, 0] };
+  const level: Pose = { ...POSE, right: [0, 1, 0], down: [-1, 0, 0], ahead: [0, 0, 1] };
+  for (const pose of [upsideDown, portrait, level]) {
+    const eye = eyeFromView(makeView(moveTo(0, 0, 0)), VIEWPORT, placeHeadset(pose, UP, 1));
+    assertClose([...eyeAxis(eye, 0), ...eyeAxis(eye, 1), ...eyeAxis(eye, 2)], [-1, 0, 0, 0, -1, 0, 0, 0, 1]);
+  }
+});
+
+test("what is above in a view straight down, or below in a view straight up, is ahead in the headset", () => {
+  const down: Pose = { ...POSE, down: [0, 0, -1], ahead: [0, -1, 0] };
+  const up: Pose = { ...POSE, down: [0, 0, 1], ahead: [0, 1, 0] };
+  for (const pose of [down, up, { ...down, right: [1, 0, 0] }, { ...up, right: [1, 0, 0] }] as const) {
+    const eye = eyeFromView(makeView(moveTo(0, 0, 0)), VIEWPORT, placeHeadset(pose, UP, 1));
+    assertClose([...eyeAxis(eye, 0), ...eyeAxis(eye, 1), ...eyeAxis(eye, 2)], [...pose.right, 0, -1, 0, 0, 0, 1]);
+  }
 });
 
 test("moving follows the direction of the head", () => {
@@ -142,6 +156,96 @@ browserTest("a headset shows the scene to two eyes, its trigger plays, and its s
   await page.waitUntil(({ player }) => player?.isInHeadset === false);
   assert.equal(await page.run(({ player }) => player?.camera), camera);
 });
+
+browserTest("a headset can be left and entered at any time", async () => {
+  await using page = await PlayerPage.open({ initScript: readEmulator() + START_EMULATOR });
+  await page.waitUntil((player) => player.frame === 0);
+  const results = await page.run(async ({ player }) => {
+    if (player === null) return [];
+    const changes: boolean[] = [];
+    player.addEventListener("headset", ({ detail }) => changes.push(detail.isInHeadset));
+    const readError = (promise: Promise<void>): Promise<string> => promise.then(() => "none", (error: Error) => error.message);
+    const enterAndLeave = readError(player.enterHeadset());
+    await player.leaveHeadset();
+    const leftError = await enterAndLeave;
+    const errors = await Promise.all([player.enterHeadset(), player.enterHeadset()].map(readError));
+    const isInHeadset = player.isInHeadset;
+    await player.leaveHeadset();
+    const enterAgain = readError(player.enterHeadset());
+    void player.leaveHeadset();
+    void player.enterHeadset();
+    return [leftError, ...errors, isInHeadset, await enterAgain, changes.join()];
+  });
+  assert.deepEqual(results, ["the headset was left", "none", "none", true, "none", "true,false,true"]);
+  // The player is removed while the headset draws, and while it is entered.
+  const error = await page.run(async (playerElement) => {
+    const { player } = playerElement;
+    playerElement.remove();
+    document.body.append(playerElement);
+    const entering = playerElement.player?.enterHeadset();
+    return [await player?.enterHeadset().catch(({ message }: Error) => message), await entering?.catch(({ message }: Error) => message)];
+  });
+  assert.deepEqual(error, ["the player was disposed", "no frame is shown"]);
+  await page.waitUntil((player) => player.frame === 0);
+  const disposedError = await page.run((playerElement) => {
+    const entering = playerElement.player?.enterHeadset();
+    playerElement.remove();
+    return entering?.then(() => "none", () => "rejected");
+  });
+  assert.equal(disposedError, "rejected");
+});
+
+browserTest("the canvas is drawn again after a session that ends while it is entered", async () => {
+  const endSession = `
+    const requestSession = navigator.xr.requestSession.bind(navigator.xr);
+    navigator.xr.requestSession = async (mode) => (window.session = await requestSession(mode));
+    const compatible = { value: () => session.end(), configurable: true };
+    Object.defineProperty(WebGL2RenderingContext.prototype, "makeXRCompatible", compatible);`;
+  await using page = await PlayerPage.open({ initScript: readEmulator() + START_EMULATOR + endSession });
+  await page.waitUntil((player) => player.frame === 0);
+  const error = await page.run(({ player }) => player?.enterHeadset().catch(({ name }: Error) => name));
+  assert.notEqual(error, undefined);
+  const before = await page.takeScreenshot();
+  await page.run(({ player }) => player?.flip());
+  const sample = (pixels: Pixels): string => Array.from({ length: 40 }, (_, row) => pixels.pixelAt(240, 5 * row).join()).join(" ");
+  while (sample(await page.takeScreenshot()) === sample(before)); // until the time limit of the test
+});
+
+browserTest("in a headset, its position, the stream and the graphics context may be lost", async () => {
+  const expectedErrors = /onDeviceFrame/; // of the emulator, without a context
+  await using page = await PlayerPage.open({ initScript: readEmulator() + START_EMULATOR, expectedErrors });
+  await page.waitUntil((player) => player.frame === 0);
+  await page.page.evaluate(`
+    const { shadowRoot } = document.querySelector("quarc-player");
+    window.extension = shadowRoot.querySelector("canvas").getContext("webgl2").getExtension("WEBGL_lose_context")`);
+  await page.run(({ player }) => player?.enterHeadset()); // the emulator then moves the canvas
+  const [{ count }] = await waitForBalls(page, (left, right) => left.count > 80 && right.count > 80);
+  await page.page.evaluate(`{
+    const original = XRFrame.prototype.getViewerPose;
+    let lost = 0;
+    XRFrame.prototype.getViewerPose = function (space) { return lost++ < 5 ? null : original.call(this, space); };
+    window.isLost = () => lost < 5;
+  }`);
+  await page.page.waitForFunction("!isLost()");
+
+  await deflect(page, "left", 0, 1); // back
+  await waitForBalls(page, (left) => left.count < 0.8 * count);
+  await deflect(page, "left", 0, 0);
+  await page.run((player) => player.setAttribute("src", "stream.quarc?again"));
+  await waitForBalls(page, (left) => Math.abs(left.count - count) < 0.05 * count);
+
+  await page.page.evaluate("extension.loseContext(); setTimeout(() => extension.restoreContext(), 200)");
+  await page.waitUntil(({ player }) => player?.isInHeadset === false);
+  await waitForPixels(page);
+});
+
+/** Wait until the page shows a picture. */
+async function waitForPixels(page: PlayerPage): Promise<void> {
+  for (;;) { // until the time limit of the test
+    const { width, height, pixelAt } = await page.takeScreenshot();
+    if (pixelAt(Math.floor(width / 2), Math.floor(height / 3)).some((value) => value > 40)) return;
+  }
+}
 
 interface Ball {
   /** Number of pixels. */

@@ -112,7 +112,8 @@ export class HttpSource {
   }
 
   #fail(message: string): never {
-    throw new NetworkError(`${this.#url}: ${message}`);
+    const name = this.#url.startsWith("data:") ? "the stream in the page" : this.#url;
+    throw new NetworkError(`${name}: ${message}`);
   }
 }
 

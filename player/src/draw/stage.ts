@@ -25,6 +25,8 @@ export interface FrameCost {
 
 export interface StageEvents {
   onShown(packet: FramePacket, cost: FrameCost): void;
+  /** The graphics context has been lost. */
+  onLost(): void;
   /** The graphics context has been lost and restored. It is now empty, so a full packet is needed. */
   onRestored(): void;
   onFault(message: string): void;
@@ -101,10 +103,9 @@ export class Stage {
     this.#sortIfViewTurned();
   }
 
-  /** Prepare to draw in a headset instead of on the canvas; return the layer that the headset shows. */
+  /** Return a layer that a headset shows. */
   async makeHeadsetLayer(session: XRSession): Promise<XRWebGLLayer> {
     await this.#gl.makeXRCompatible();
-    this.#isInHeadset = true;
     return new XRWebGLLayer(session, this.#gl, { alpha: false, antialias: false, depth: false, stencil: false });
   }
 
@@ -115,9 +116,9 @@ export class Stage {
     this.#sortIfViewTurned();
   }
 
-  /** Draw on the canvas again. */
-  leaveHeadset(): void {
-    this.#isInHeadset = false;
+  /** Draw only in a headset, by `paintHeadset`, or on the canvas again. */
+  set isInHeadset(isInHeadset: boolean) {
+    this.#isInHeadset = isInHeadset;
     this.#requestDrawing();
   }
 
@@ -239,6 +240,7 @@ export class Stage {
   #handleContextLost(event: Event): void {
     event.preventDefault(); // otherwise the browser does not restore the context
     this.#painter = null;
+    this.#events.onLost();
   }
 
   #handleContextRestored(): void {

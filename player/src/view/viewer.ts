@@ -139,9 +139,11 @@ export class Viewer {
     return this.#pose && placeHeadset(this.#pose, this.#up, this.#info?.metersPerUnit ?? 0);
   }
 
-  /** Pass the view to the stage again, after the headset has been left. */
+  /** Pass the view to the stage. The picture of a capture camera keeps its aspect ratio; other views fill the canvas. */
   restore(): void {
-    this.#updateStage();
+    if (this.#pose === null || this.#eye === null) return;
+    if (this.#isMoved || this.#showsWholeScene) this.#stage.setView(eyeFromPose(this.#pose, this.#eye), "wide");
+    else this.#stage.setView(this.#eye, "picture");
   }
 
   #changePose(change: (pose: Pose) => Pose): void {
@@ -151,11 +153,8 @@ export class Viewer {
     this.#updateStage();
   }
 
-  /** Pass the view to the stage. The picture of a capture camera keeps its aspect ratio; other views fill the canvas. */
   #updateStage(): void {
-    if (this.#pose === null || this.#eye === null) return;
-    if (this.#isMoved || this.#showsWholeScene) this.#stage.setView(eyeFromPose(this.#pose, this.#eye), "wide");
-    else this.#stage.setView(this.#eye, "picture");
+    this.restore();
     this.#onMoved();
   }
 }

@@ -22,7 +22,8 @@ export class Headset {
   readonly #events: HeadsetEvents;
   #session: XRSession | null = null;
   #placement: Placement | null = null;
-  #isEntering = false;
+  #entering: Promise<void> | null = null;
+  #isWanted = false; // the scene should be in the headset, or soon
   #isDisposed = false;
   #isTurning = false;
   #frameTime = 0;
@@ -38,31 +39,47 @@ export class Headset {
   }
 
   /** Show the scene in the headset; see `Player.enterHeadset`. */
-  async enter(): Promise<void> {
+  enter(): Promise<void> {
+    this.#isWanted = !this.#isDisposed;
+    this.#entering ??= this.#enter().finally(() => (this.#entering = null));
+    return this.#entering;
+  }
+
+  /** Return to the page. */
+  async leave(): Promise<void> {
+    this.#isWanted = false;
+    await this.#session?.end().catch(() => undefined); // it may have ended already
+  }
+
+  /** Place the viewer again, because the scene is another. */
+  placeAgain(): void {
+    if (this.isActive) this.#placement = this.#viewer.placeHeadset() ?? this.#placement;
+  }
+
+  /** Return to the page after the graphics context was lost, because the headset's framebuffer is lost with it. */
+  handleContextLost(): void {
+    if (this.isActive) void this.leave(); // entering may replace the context
+  }
+
+  dispose(): void {
+    this.#isDisposed = true;
+    this.#placement = null; // nothing can be drawn until the session ends
+    void this.leave();
+  }
+
+  async #enter(): Promise<void> {
+    if (this.isActive) return;
+    if (this.#isDisposed) throw new DrawingError("the player was disposed");
     if (navigator.xr === undefined) throw new DrawingError("this browser has no WebXR, which pages have only over https");
     const placement = this.#viewer.placeHeadset();
     if (placement === null) throw new DrawingError("no frame is shown");
-    if (this.#isEntering || this.#session !== null) return;
-    this.#isEntering = true;
     try {
       this.#session = await navigator.xr.requestSession("immersive-vr");
       await this.#start(this.#session, placement);
     } catch (error) {
       await this.leave();
       throw error;
-    } finally {
-      this.#isEntering = false;
     }
-  }
-
-  /** Return to the page. */
-  async leave(): Promise<void> {
-    await this.#session?.end().catch(() => undefined); // it may have ended already
-  }
-
-  dispose(): void {
-    this.#isDisposed = true;
-    void this.leave();
   }
 
   async #start(session: XRSession, placement: Placement): Promise<void> {
@@ -70,9 +87,10 @@ export class Headset {
     session.addEventListener("select", () => this.#events.onSelect());
     const layer = await this.#stage.makeHeadsetLayer(session);
     const space = await session.requestReferenceSpace("local");
-    if (this.#isDisposed || this.#session !== session) throw new DrawingError("the headset was left");
+    if (!this.#isWanted || this.#session !== session) throw new DrawingError("the headset was left");
     await session.updateRenderState({ baseLayer: layer });
-    this.#placement = placement;
+    this.#stage.isInHeadset = true;
+    this.#placement = this.#viewer.placeHeadset() ?? placement;
     const draw = (time: number, frame: XRFrame): void => {
       session.requestAnimationFrame(draw);
       this.#draw(time, frame, layer, space);
@@ -86,14 +104,14 @@ export class Headset {
     const wasActive = this.isActive;
     this.#session = this.#placement = null;
     if (this.#isDisposed) return;
-    this.#stage.leaveHeadset();
+    this.#stage.isInHeadset = false;
     this.#viewer.restore();
     if (wasActive) this.#events.onChange();
   }
 
   #draw(time: number, frame: XRFrame, layer: XRWebGLLayer, space: XRReferenceSpace): void {
     const pose = frame.getViewerPose(space);
-    if (pose === undefined || this.#placement === null) return; // the headset has lost its position
+    if (!pose || this.#placement === null) return; // the pose is null while the headset has lost its position
     const seconds = Math.min(0.1, (time - this.#frameTime) / 1000);
     this.#frameTime = time;
     for (const source of frame.session.inputSources) this.#steer(source, pose.transform, seconds);

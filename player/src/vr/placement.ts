@@ -6,6 +6,7 @@ import { add, cross, dot, normalize, scale, type Pose } from "../view/pose.js";
 
 const PIVOT_METERS = 2; // distance to the pivot at the start, if the stream does not state its scale
 const NEAR_METERS = 0.1;
+const MAX_RISE = 0.98; // sine of the angle above or below the horizon from which a view is almost vertical
 
 /** Where the space of a headset lies: x points right, y up and z back, as in WebXR; the axes are unit vectors. */
 export interface Placement {
@@ -22,10 +23,17 @@ type Column = 0 | 1 | 2 | 3;
 /** Place the headset at a pose and upright, looking in its direction; `metersPerUnit` is 0 if unknown. */
 export function placeHeadset(pose: Pose, up: Vector, metersPerUnit: number): Placement {
   const handedness = dot(cross(pose.right, pose.down), pose.ahead) < 0 ? -1 : 1; // negative in a mirrored world
-  const right = normalize(add(pose.right, up, -dot(pose.right, up)), pose.right);
-  const back = scale(cross(right, up), handedness);
+  const back = scale(findHorizontalDirection(pose, up), -1);
+  const right = scale(cross(up, back), handedness);
   const unitsPerMeter = metersPerUnit > 0 ? 1 / metersPerUnit : pose.distance / PIVOT_METERS;
   return { origin: pose.center, right, up, back, unitsPerMeter };
+}
+
+/** Return the horizontal direction of a view; if the view is almost vertical, that of the picture's upper or lower edge. */
+function findHorizontalDirection({ ahead, down }: Pose, up: Vector): Vector {
+  const rise = dot(ahead, up);
+  const direction = Math.abs(rise) > MAX_RISE ? scale(down, Math.sign(rise)) : ahead;
+  return normalize(add(direction, up, -dot(direction, up)), ahead);
 }
 
 /** Return the pinhole camera of one eye of a headset. */
