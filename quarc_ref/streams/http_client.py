@@ -20,7 +20,7 @@ from quarc_ref.streams.timed_connection import (
 _REDIRECT_STATUSES = (301, 302, 303, 307, 308)
 _SCHEMES = ("http", "https")
 _MAX_REDIRECTS = 5
-_CREDENTIALS_PATTERN = re.compile(r"(?<=://)[^/?#]*@")
+_CREDENTIALS_PATTERN = re.compile(r"^([^/?#]*//)[^/?#]*@")
 
 
 class RedirectError(Exception):
@@ -104,7 +104,7 @@ def resolve_redirect(url: str, location: str | None) -> str:
 
 def remove_credentials(url: str) -> str:
     """Return a URL, which may be invalid, without user and password."""
-    return _CREDENTIALS_PATTERN.sub("", url, count=1)
+    return _CREDENTIALS_PATTERN.sub(r"\1", url)
 
 
 def _get_origin(url: str) -> tuple[str, str | None, int | None]:
@@ -115,10 +115,9 @@ def _get_origin(url: str) -> tuple[str, str | None, int | None]:
 
 def _make_authorization(url: str) -> dict[str, str]:
     """Return the header of Basic authentication (RFC 7617) for a URL's user and password."""
-    credentials, separator, _ = urlsplit(url).netloc.rpartition("@")
-    if not separator:
+    user, _, password = urlsplit(url).netloc.rpartition("@")[0].partition(":")
+    if not (user or password):
         return {}
-    user, _, password = credentials.partition(":")
     token = unquote_to_bytes(user) + b":" + unquote_to_bytes(password)
     return {"Authorization": f"Basic {base64.b64encode(token).decode()}"}
 

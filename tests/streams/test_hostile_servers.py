@@ -15,7 +15,7 @@ import pytest
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams import decode
-from quarc_ref.streams.http_client import RedirectError, resolve_redirect
+from quarc_ref.streams.http_client import RedirectError, remove_credentials, resolve_redirect
 from quarc_ref.streams.http_source import HttpSource
 from tests.streams import hostile_servers
 from tests.streams.hostile_servers import DATA, HOSTILE_RESPONDERS, STATES, redirect, serve
@@ -157,6 +157,26 @@ def test_user_and_password_are_sent_as_basic_authentication():
         for head in server.request_heads:
             assert f"\r\nAuthorization: Basic {token}\r\n" in head
             assert f"\r\nHost: 127.0.0.1:{server.url.split(':')[2].split('/')[0]}\r\n" in head
+
+
+@pytest.mark.parametrize("separator", ["//@", "//:@"])
+def test_an_empty_user_and_password_are_not_sent(separator):
+    with serve(hostile_servers.Request.answer) as server:
+        assert _decode(server.url.replace("//", separator)) == _DIGESTS
+        assert not any("Authorization" in head for head in server.request_heads)
+
+
+def test_only_the_user_and_password_of_the_server_are_removed():
+    def answer(request):
+        paths.append(request.path)
+        request.answer()
+
+    paths, path = [], "/a@b?from=http://me:pass@example.org/x"
+    with serve(answer) as server:
+        base_url = server.url.removesuffix("/stream")
+        assert _decode(f"{base_url}{path}") == _decode(f"{_add_credentials(base_url)}{path}")
+    assert set(paths) == {path}
+    assert remove_credentials(f"http://me:a@b@[::1]:80{path}") == f"http://[::1]:80{path}"
 
 
 def test_user_and_password_are_not_sent_to_other_origins():
