@@ -101,7 +101,7 @@ def _build_page(options: PageOptions, urls: _PageUrls) -> bytes:
         attributes=_build_attributes(player_attributes),
         poster=f'<img src="{urls.poster}" alt="">' if urls.poster else "",
     )
-    return page.encode()
+    return page.encode(errors="replace")  # the name of a file may be no valid UTF-8
 
 
 def build_iframe(title: str, url: str, width: int, height: int) -> str:

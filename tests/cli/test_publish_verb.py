@@ -1,4 +1,6 @@
 import base64
+import os
+import sys
 from pathlib import Path
 
 import pytest
@@ -39,6 +41,17 @@ def test_a_single_page_contains_everything(stream_file, tmp_path):
 
 def _find_data(page, media_type):
     return base64.b64decode(page.split(f"data:{media_type};base64,")[1].split('"')[0])
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="file names of other systems are text")
+def test_a_stream_whose_name_is_not_valid_utf_8_is_published(stream_file, tmp_path):
+    path = tmp_path / os.fsdecode(b"sc\xe8ne.quarc")
+    stream_file.rename(path)
+    result = run("publish", path, "-o", tmp_path / "page.html")
+
+    assert result.exit_code == 0, result.stderr
+    assert "<title>sc?ne</title>" in (tmp_path / "page.html").read_text("utf-8")
+    assert 'title="sc' in result.stdout
 
 
 def test_the_url_of_a_single_page_is_that_of_the_iframe(stream_file, tmp_path):
