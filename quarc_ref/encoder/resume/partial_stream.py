@@ -55,7 +55,7 @@ def read_partial_stream(source: Source) -> PartialStream | None:
         The partial stream; None if the source ends before the first frame.
 
     Raises:
-        BitstreamError: The source is not a stream, or its first chunk is damaged.
+        BitstreamError: The source is not a stream, or a chunk before its first frame is damaged.
         ResumeError: The chunks are not in the order in which this encoder writes them.
     """
     chunks: list[Chunk] = []
@@ -66,7 +66,7 @@ def read_partial_stream(source: Source) -> PartialStream | None:
     except TruncatedError:
         pass
     except BitstreamError:
-        if not chunks:
+        if len(chunks) < len(_PROLOGUE):
             raise
     return _build_partial_stream(chunks)
 

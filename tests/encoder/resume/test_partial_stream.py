@@ -9,7 +9,7 @@ from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
-from quarc_ref.format.errors import BadMagicError, ResumeError
+from quarc_ref.format.errors import BadMagicError, PayloadCrcError, ResumeError
 from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.source import BytesSource
 from tests.encoder.toys import SMALL, make_capture
@@ -92,6 +92,17 @@ def test_a_stream_of_another_encode_is_kept_even_without_a_complete_frame(
     with pytest.raises(ResumeError, match="these differ: seed; encode to another file, or use"):
         _resume(path, partial_data, other_options)
     assert path.read_bytes() == partial_data
+
+
+def test_a_stream_that_is_damaged_before_its_first_frame_is_unchanged(complete_stream, tmp_path):
+    path = tmp_path / "a.quarc"
+    for end in _chunk_ends(complete_stream)[:3]:
+        damaged = bytearray(complete_stream)
+        damaged[end - 5] ^= 1
+        with pytest.raises(PayloadCrcError):
+            _resume(path, bytes(damaged))
+
+        assert path.read_bytes() == damaged
 
 
 def test_damage_ends_the_intact_part(complete_stream, tmp_path):
