@@ -42,8 +42,12 @@ export function makeStreamBytes(source: StreamSource): StreamBytes {
 /** Return the bytes of a data URL in base64, which a request would give only in sequence; null for any other URL. */
 function decodeDataUrl(url: string): Uint8Array | null {
   const base64 = /^data:[^,]*;base64,(.*)$/i.exec(url)?.[1];
+  if (base64 === undefined) return null;
   try {
-    return base64 === undefined ? null : Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0));
+    const text = atob(base64);
+    const bytes = new Uint8Array(text.length); // `Uint8Array.from` would need many times the memory
+    for (let index = 0; index < bytes.length; index++) bytes[index] = text.charCodeAt(index);
+    return bytes;
   } catch {
     return null; // the request reports the error
   }
