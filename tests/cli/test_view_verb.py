@@ -126,6 +126,19 @@ def test_for_a_stream_without_an_end_follow_is_suggested(tmp_path, small_stream)
     assert viewer.returncode == 128 + signal.SIGTERM
 
 
+def test_the_suggestion_to_follow_has_no_password_of_a_url(small_stream, monkeypatch):
+    data = small_stream.data[:-1]
+    monkeypatch.setattr(
+        "quarc_ref.streams.http_source.HttpSource._fetch",
+        lambda _, offset, length: (data[offset : offset + length], len(data)),
+    )
+    monkeypatch.setattr(Server, "serve_forever", lambda *_, **__: None)
+    result = run("view", "https://me:secret@example.org/a.quarc?key=secret", "--no-open")
+
+    assert "quarc-ref: a.quarc is incomplete" in result.stderr
+    assert "secret" not in result.output
+
+
 def test_a_stream_damaged_at_the_start_opens_no_page(stream_file, small_stream):
     stream_file.write_bytes(
         small_stream.data[:60] + bytes([small_stream.data[60] ^ 1]) + small_stream.data[61:]

@@ -134,8 +134,8 @@ def _warn_if_incomplete(name: str, source: "Source") -> None:
 
     if read_tail_chunk(source, source.size() or 0) is None:
         print_message(
-            f"{name} is incomplete (no TAIL chunk); use --follow to play a stream while it is "
-            "written"
+            f"{format_stream_name(name)} is incomplete (no TAIL chunk); use --follow to play a "
+            "stream while it is written"
         )
 
 
