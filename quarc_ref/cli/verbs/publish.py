@@ -63,10 +63,10 @@ def publish(
 ) -> None:
     """Create a page that plays a stream.
 
-    A folder is for any web server. A single HTML page contains player and stream, so that it can be
-    sent by mail and opened from disk; it starts when all of it is loaded, a third more bytes than
-    the stream. Prints an iframe for embedding the page in other pages. If the extra "media" is
-    installed, the page has a poster, which is a picture of the first frame.
+    A folder is for any web server. A single HTML page contains the player and the stream, so it can
+    be sent by mail and opened from disk; it is a third larger than the stream, and plays when it is
+    completely loaded. The command prints an iframe for embedding the page in other pages. If the
+    extra "media" is installed, the page has a poster, which is a picture of the first frame.
     """
     with report_errors():
         from quarc_ref.streams import open_source
