@@ -103,10 +103,10 @@ export class Stage {
     this.#sortIfViewTurned();
   }
 
-  /** Return a layer that a headset shows. */
-  async makeHeadsetLayer(session: XRSession): Promise<XRWebGLLayer> {
+  /** Return the graphics context, in which a headset can be drawn; the browser may first lose and restore it. */
+  async openHeadsetContext(): Promise<WebGL2RenderingContext> {
     await this.#gl.makeXRCompatible();
-    return new XRWebGLLayer(session, this.#gl, { alpha: false, antialias: false, depth: false, stencil: false });
+    return this.#gl;
   }
 
   /** Draw the current frame for the eyes of the headset; it is sorted for the first. */

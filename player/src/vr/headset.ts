@@ -10,6 +10,8 @@ const TURN_ANGLE = Math.PI / 6;
 const DEAD_ZONE = 0.15; // deflections of a stick that are ignored
 const TURN_DEFLECTION = 0.7; // at which a stick turns the view, once until it is released
 
+const LAYER_OPTIONS: XRWebGLLayerInit = { alpha: false, antialias: false, depth: false, stencil: false };
+
 export interface HeadsetEvents {
   /** The scene appears in the headset, or no longer. */
   onChange(): void;
@@ -58,7 +60,7 @@ export class Headset {
 
   /** Return to the page after the graphics context was lost, because the headset's framebuffer is lost with it. */
   handleContextLost(): void {
-    if (this.isActive) void this.leave(); // entering may replace the context
+    if (this.isActive) void this.leave(); // entering may itself lose and restore the context
   }
 
   dispose(): void {
@@ -85,7 +87,7 @@ export class Headset {
   async #start(session: XRSession, placement: Placement): Promise<void> {
     session.addEventListener("end", () => this.#handleEnd(session));
     session.addEventListener("select", () => this.#events.onSelect());
-    const layer = await this.#stage.makeHeadsetLayer(session);
+    const layer = new XRWebGLLayer(session, await this.#stage.openHeadsetContext(), LAYER_OPTIONS);
     const space = await session.requestReferenceSpace("local");
     if (!this.#isWanted || this.#session !== session) throw new DrawingError("the headset was left");
     await session.updateRenderState({ baseLayer: layer });

@@ -17,6 +17,19 @@ export interface Placement {
   readonly unitsPerMeter: number;
 }
 
+/** What is used of the types of WebXR, which TypeScript does not know without `@types/webxr`. */
+interface Transform {
+  readonly matrix: Float32Array;
+}
+interface EyeView {
+  readonly transform: Transform;
+  readonly projectionMatrix: Float32Array;
+}
+interface Size {
+  readonly width: number;
+  readonly height: number;
+}
+
 /** An axis of a WebXR transform: right (0), up (1), back (2), or the position (3). */
 type Column = 0 | 1 | 2 | 3;
 
@@ -37,7 +50,7 @@ function findHorizontalDirection({ ahead, down }: Pose, up: Vector): Vector {
 }
 
 /** Return the pinhole camera of one eye of a headset. */
-export function eyeFromView(view: Pick<XRView, "transform" | "projectionMatrix">, { width, height }: XRViewport, placement: Placement): Eye {
+export function eyeFromView(view: EyeView, { width, height }: Size, placement: Placement): Eye {
   const { matrix } = view.transform;
   const toDirection = (column: Column, sign: 1 | -1): Vector => scale(toWorld(readColumn(matrix, column), placement), sign);
   const center = add(placement.origin, toWorld(readColumn(matrix, 3), placement), placement.unitsPerMeter);
@@ -50,14 +63,14 @@ export function eyeFromView(view: Pick<XRView, "transform" | "projectionMatrix">
 }
 
 /** Move the headset right and ahead, relative to its horizontal direction, and up; in meters. */
-export function moveHeadset(placement: Placement, head: XRRigidTransform, right: number, up: number, ahead: number): Placement {
+export function moveHeadset(placement: Placement, head: Transform, right: number, up: number, ahead: number): Placement {
   const [x, , z] = normalize(flatten(readColumn(head.matrix, 0)), [1, 0, 0]);
   const step = toWorld([right * x + ahead * z, up, right * z - ahead * x], placement);
   return { ...placement, origin: add(placement.origin, step, placement.unitsPerMeter) };
 }
 
 /** Turn to the left by an angle in radians, about the head. */
-export function turnHeadset(placement: Placement, head: XRRigidTransform, angle: number): Placement {
+export function turnHeadset(placement: Placement, head: Transform, angle: number): Placement {
   const { right, back, unitsPerMeter } = placement;
   const turned = {
     ...placement,
