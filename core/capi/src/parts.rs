@@ -59,14 +59,13 @@ impl Parts {
 
     /// Discard bytes before an offset, once they are at least half of their part.
     pub fn forget_before(&mut self, place: u64) {
-        let passed = self.count_up_to(place).saturating_sub(1);
-        self.parts.drain(..passed);
-        let Some(part) = self.parts.first_mut().filter(|part| part.offset <= place) else { return };
-        if place >= part.end() {
-            self.parts.remove(0);
-        } else if (place - part.offset) as usize >= part.bytes.len() / 2 {
-            part.bytes.drain(..(place - part.offset) as usize);
-            part.offset = place;
+        let forgotten = self.parts.partition_point(|part| part.end() <= place);
+        self.parts.drain(..forgotten);
+        let Some(part) = self.parts.first_mut() else { return };
+        let passed = place.saturating_sub(part.offset) as usize;
+        if passed >= part.bytes.len() / 2 {
+            part.bytes.drain(..passed);
+            part.offset += passed as u64;
         }
     }
 

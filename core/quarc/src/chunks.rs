@@ -251,18 +251,15 @@ impl ChunkOrder {
             return Err(Error::new(Reject::ChunkOrder, "TAIL must follow INDX"));
             // [5.1-6]
         }
+        let describe =
+            |limit| format!("a payload of {} bytes exceeds the limit of {limit}", header.length);
         if header.length > self.limit {
-            let message =
-                format!("a payload of {} bytes exceeds the limit of {}", header.length, self.limit);
-            return Err(Error::new(Reject::ChunkExceedsLevel, message)); // [3.2-4] [5.2-6] [5.2-7]
+            return Err(Error::new(Reject::ChunkExceedsLevel, describe(self.limit)));
+            // [3.2-4] [5.2-6] [5.2-7]
         }
-        let own = bounded_limit(self.limit);
-        if header.length > own && is_known(header.kind) {
-            let message = format!(
-                "a payload of {} bytes exceeds this decoder's limit of {own}",
-                header.length
-            );
-            return Err(Error::Limit(message));
+        let own_limit = bounded_limit(self.limit);
+        if header.length > own_limit && is_known(header.kind) {
+            return Err(Error::Limit(describe(own_limit)));
         }
         Ok(())
     }

@@ -26,7 +26,7 @@ pub struct ChunkReader<S> {
     pub source: S,
     /// The position and the order of chunks.
     pub order: ChunkOrder,
-    /// The check of a payload that has not fully arrived.
+    /// The check of the last payload of an unknown type, which may not have fully arrived.
     check: Option<PayloadCheck>,
 }
 
@@ -86,13 +86,10 @@ impl<S: Source> ChunkReader<S> {
     }
 
     fn check_unknown(&mut self, header: ChunkHeader) -> Result<()> {
-        let begun = self.check.take().filter(|check| check.header == header);
-        let mut check = begun.unwrap_or_else(|| PayloadCheck::new(header));
-        let checked = check.finish(&mut self.source);
-        if matches!(checked, Err(Error::Source(_))) {
-            self.check = Some(check);
+        if matches!(&self.check, Some(check) if check.header.offset != header.offset) {
+            self.check = None;
         }
-        checked
+        self.check.get_or_insert_with(|| PayloadCheck::new(header)).finish(&mut self.source)
     }
 
     fn check_end(&mut self) -> Result<()> {
