@@ -193,7 +193,7 @@ def _print_result(
             "poster": site.poster_name,
             "iframe": iframe,
         }
-        print_json("publish/1", document)
+        print_json("publish/2", document)
         return
     rows = {"stream": f"{format_count(site.frame_count, 'frame')}, {site.stream_bytes:,} bytes"}
     if is_single:
