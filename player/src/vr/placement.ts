@@ -1,8 +1,7 @@
 /** The placement of a headset's space in the scene, and the eyes of the headset. */
 
 import type { Eye, Vector } from "../draw/eye.js";
-import { eyeFromPose } from "../view/pose.js";
-import { add, cross, dot, normalize, scale, type Pose } from "../view/pose.js";
+import { add, cross, dot, eyeFromPose, normalize, scale, type Pose } from "../view/pose.js";
 
 const PIVOT_METERS = 2; // distance to the pivot at the start, if the stream does not state its scale
 const NEAR_METERS = 0.1;
