@@ -26,7 +26,7 @@ from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, list_settings
-from quarc_ref.encoder.training.threads import fixed_threads
+from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.streams.decode_stream import decode_states
@@ -59,7 +59,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
                        arguments.iterations)  # fmt: skip
     try:
         config = make_config(arguments.preset, arguments.set, arguments.seed)
-        with fixed_threads():
+        with fixed_torch_settings():
             start = _open_start_frame(arguments, config)
             print(_compute_table(start, tasks, config, arguments.out), end="")
     except EXPECTED_ERRORS as error:

@@ -23,7 +23,7 @@ from quarc_ref.decoder import Splats, dequantize
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
-from quarc_ref.encoder.training.threads import fixed_threads
+from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
 from quarc_ref.evaluation.protocol import make_protocol
@@ -138,7 +138,7 @@ def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: St
             yield float_frame.state.scene.frame, dequantize(float_frame.state.scene)
             timer.skip()
 
-    with fixed_threads():
+    with fixed_torch_settings():
         quality = measure_quality(encode_frames(), capture.cameras, capture, lpips)
     total_bytes = sum(frame.chunk_bytes for frame in frames)
     seconds = timer.seconds | {"canonical": canonical_cache.seconds}

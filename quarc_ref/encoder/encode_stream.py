@@ -51,7 +51,7 @@ from quarc_ref.encoder.training.first_frame import (
     refit_exposures,
 )
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
-from quarc_ref.encoder.training.threads import fixed_threads
+from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
@@ -85,7 +85,7 @@ def encode(
         ResumeError: The partial stream was encoded from different inputs or settings.
     """
     options = options or EncodeOptions()
-    with fixed_threads():
+    with fixed_torch_settings():
         if partial_stream is None:
             options.check(capture)
             encoding = _Encoding(capture, options)

@@ -58,14 +58,23 @@ def test_the_loss_weights_l1_and_dssim():
     assert float(photometric_loss(truth, truth, 0.2)) == pytest.approx(0, abs=1e-6)
 
 
-def test_cached_moments_are_freed_with_their_picture(monkeypatch):
-    image, truth = _make_pair(20, 30, torch.float32)
-    initial_count = len(losses._MOMENT_CACHE)
+@pytest.mark.parametrize(
+    ("dtype", "cache", "owner", "function"),
+    [
+        (torch.float32, losses._MOMENT_CACHE, ssim_kernels, "ssim_moments"),
+        (torch.float64, losses._PLANES_CACHE, losses, "_compute_planes"),
+    ],
+)
+def test_moments_are_computed_once_and_freed_with_their_picture(
+    monkeypatch, dtype, cache, owner, function
+):
+    image, truth = _make_pair(20, 30, dtype)
+    initial_count = len(cache)
 
     ssim = mean_ssim(image, truth)
-    monkeypatch.setattr(ssim_kernels, "ssim_moments", None)
+    monkeypatch.setattr(owner, function, None)
 
     assert mean_ssim(image, truth) == ssim
-    assert len(losses._MOMENT_CACHE) == initial_count + 1
+    assert len(cache) == initial_count + 1
     del truth
-    assert len(losses._MOMENT_CACHE) == initial_count
+    assert len(cache) == initial_count

@@ -22,6 +22,7 @@ from quarc_ref.rendering.pipeline import KERNEL_LOCK
 _C1 = 0.01**2
 _C2 = 0.03**2
 _MOMENT_CACHE = WeakTensorKeyDictionary()
+_PLANES_CACHE = WeakTensorKeyDictionary()
 
 
 def photometric_loss(image: Tensor, truth: Tensor, lambda_dssim: float) -> Tensor:
@@ -82,21 +83,38 @@ def _cache_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
     """Return the `[3, H, W]` SSIM of every pixel in each color channel."""
-    taps = image.new_tensor(ssim_kernels.WINDOW)
-    window = (taps[:, None] * taps).expand(3, 1, taps.numel(), taps.numel())
-
-    def blur(picture: Tensor) -> Tensor:
-        planes = picture.permute(2, 0, 1)[None]
-        return torch.nn.functional.conv2d(planes, window, padding=ssim_kernels.RADIUS, groups=3)[0]
-
-    mean_x, mean_y = blur(image), blur(truth)
-    variance_x, variance_y, covariance = (
-        blur(image * image) - mean_x * mean_x,
-        blur(truth * truth) - mean_y * mean_y,
-        blur(image * truth) - mean_x * mean_y,
-    )
+    planes, (truth_planes, mean_y, variance_y) = image.permute(2, 0, 1), _cache_planes(truth)
+    blurred = _blur(torch.cat([planes, planes * planes, planes * truth_planes]))
+    mean_x, mean_xx, mean_xy = blurred.split(3)
+    variance_x, covariance = mean_xx - mean_x * mean_x, mean_xy - mean_x * mean_y
     return (
         (2 * mean_x * mean_y + _C1)
         * (2 * covariance + _C2)
         / ((mean_x * mean_x + mean_y * mean_y + _C1) * (variance_x + variance_y + _C2))
     )
+
+
+def _cache_planes(truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """Return a ground truth as `[3, H, W]`, and its cached local means and variances."""
+    if truth not in _PLANES_CACHE:
+        _PLANES_CACHE[truth] = _compute_planes(truth)
+    cached: tuple[Tensor, Tensor, Tensor] = _PLANES_CACHE[truth]
+    return cached
+
+
+def _compute_planes(truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    planes = truth.detach().permute(2, 0, 1).contiguous()
+    means, mean_squares = _blur(torch.cat([planes, planes * planes])).split(3)
+    return planes, means, mean_squares - means * means
+
+
+def _blur(planes: Tensor) -> Tensor:
+    """Filter planes `[C, H, W]` with the window of SSIM, along y and then along x."""
+    count, radius = planes.shape[0], ssim_kernels.RADIUS
+    taps = planes.new_tensor(ssim_kernels.WINDOW)
+    column, row = taps.reshape(1, 1, -1, 1), taps.reshape(1, 1, 1, -1)
+    blurred = planes[None]
+    for window, padding in ((column, (radius, 0)), (row, (0, radius))):
+        weights = window.expand(count, -1, -1, -1)
+        blurred = torch.nn.functional.conv2d(blurred, weights, padding=padding, groups=count)
+    return blurred[0]
