@@ -62,7 +62,7 @@ def test_the_loss_weights_l1_and_dssim():
     ("dtype", "cache", "owner", "function"),
     [
         (torch.float32, losses._MOMENT_CACHE, ssim_kernels, "ssim_moments"),
-        (torch.float64, losses._PLANES_CACHE, losses, "_compute_planes"),
+        (torch.float64, losses._TORCH_MOMENT_CACHE, losses, "_blur_moments"),
     ],
 )
 def test_moments_are_computed_once_and_freed_with_their_picture(

@@ -22,7 +22,7 @@ from quarc_ref.rendering.pipeline import KERNEL_LOCK
 _C1 = 0.01**2
 _C2 = 0.03**2
 _MOMENT_CACHE = WeakTensorKeyDictionary()
-_PLANES_CACHE = WeakTensorKeyDictionary()
+_TORCH_MOMENT_CACHE = WeakTensorKeyDictionary()
 
 
 def photometric_loss(image: Tensor, truth: Tensor, lambda_dssim: float) -> Tensor:
@@ -83,9 +83,12 @@ def _cache_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
     """Return the `[3, H, W]` SSIM of every pixel in each color channel."""
-    planes, (truth_planes, mean_y, variance_y) = image.permute(2, 0, 1), _cache_planes(truth)
+    planes, truth_planes = image.permute(2, 0, 1), truth.permute(2, 0, 1)
     blurred = _blur(torch.cat([planes, planes * planes, planes * truth_planes]))
-    mean_x, mean_xx, mean_xy = blurred.split(3)
+    mean_x, mean_xx, mean_xy = blurred.chunk(3)
+    if truth not in _TORCH_MOMENT_CACHE:
+        _TORCH_MOMENT_CACHE[truth] = _blur_moments(truth_planes)
+    mean_y, variance_y = _TORCH_MOMENT_CACHE[truth]
     variance_x, covariance = mean_xx - mean_x * mean_x, mean_xy - mean_x * mean_y
     return (
         (2 * mean_x * mean_y + _C1)
@@ -94,18 +97,10 @@ def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
     )
 
 
-def _cache_planes(truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """Return a ground truth as `[3, H, W]`, and its cached local means and variances."""
-    if truth not in _PLANES_CACHE:
-        _PLANES_CACHE[truth] = _compute_planes(truth)
-    cached: tuple[Tensor, Tensor, Tensor] = _PLANES_CACHE[truth]
-    return cached
-
-
-def _compute_planes(truth: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    planes = truth.detach().permute(2, 0, 1).contiguous()
-    means, mean_squares = _blur(torch.cat([planes, planes * planes])).split(3)
-    return planes, means, mean_squares - means * means
+def _blur_moments(planes: Tensor) -> tuple[Tensor, Tensor]:
+    """Return the local means and variances of planes `[3, H, W]`."""
+    means, mean_squares = _blur(torch.cat([planes, planes * planes])).chunk(2)
+    return means, mean_squares - means * means
 
 
 def _blur(planes: Tensor) -> Tensor:
