@@ -83,18 +83,19 @@ def _cache_moments(truth: Tensor) -> tuple[NDArray[np.float32], NDArray[np.float
 
 def _convolved_ssim(image: Tensor, truth: Tensor) -> Tensor:
     """Return the `[3, H, W]` SSIM of every pixel in each color channel."""
-    planes, truth_planes = image.permute(2, 0, 1), truth.permute(2, 0, 1)
+    planes, truth_planes = image.permute(2, 0, 1), truth.detach().permute(2, 0, 1)
     blurred = _blur(torch.cat([planes, planes * planes, planes * truth_planes]))
     mean_x, mean_xx, mean_xy = blurred.chunk(3)
     if truth not in _TORCH_MOMENT_CACHE:
         _TORCH_MOMENT_CACHE[truth] = _blur_moments(truth_planes)
     mean_y, variance_y = _TORCH_MOMENT_CACHE[truth]
     variance_x, covariance = mean_xx - mean_x * mean_x, mean_xy - mean_x * mean_y
-    return (
+    ssim: Tensor = (
         (2 * mean_x * mean_y + _C1)
         * (2 * covariance + _C2)
         / ((mean_x * mean_x + mean_y * mean_y + _C1) * (variance_x + variance_y + _C2))
     )
+    return ssim
 
 
 def _blur_moments(planes: Tensor) -> tuple[Tensor, Tensor]:
