@@ -21,7 +21,7 @@ def choose_rasterizer(device: torch.device) -> Rasterizer:
     """Return the backend for a device: gsplat on CUDA, numba on the CPU.
 
     Raises:
-        RuntimeError: The device is CUDA but gsplat is not installed.
+        RuntimeError: The device is CUDA, but gsplat is not installed or cannot compile its kernels.
     """
     if device.type == "cuda":
         return GsplatRasterizer()

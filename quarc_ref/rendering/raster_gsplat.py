@@ -1,9 +1,12 @@
 """The CUDA backend: gsplat's rasterizer with the interface `rasterizer.Rasterizer`.
 
 gsplat (Apache-2.0) compiles its kernels at the first call, which requires nvcc from a CUDA
-toolkit. The backend follows the conventions of SPEC 10.3. Opacities are clamped before the
-call, so gsplat's alpha clamp, which differs between versions, has no effect.
+toolkit, unless it was installed from a wheel with compiled kernels. The backend follows the
+conventions of SPEC 10.3. Opacities are clamped before the call, so gsplat's alpha clamp, which
+differs between versions, has no effect.
 """
+
+from importlib.util import find_spec
 
 import torch
 from torch import Tensor
@@ -17,7 +20,7 @@ class GsplatRasterizer:
     """Renders float32 Gaussians on a CUDA device.
 
     Raises:
-        RuntimeError: gsplat is not installed.
+        RuntimeError: gsplat is not installed, or cannot compile its kernels.
     """
 
     name = "gsplat"
@@ -31,6 +34,12 @@ class GsplatRasterizer:
                 "'quarc-ref[encode,gpu]'"
             )
             raise RuntimeError(message) from error
+        if not _has_kernels():
+            message = (
+                "training on CUDA needs nvcc, with which gsplat compiles its kernels: install a "
+                "CUDA toolkit and set CUDA_HOME, or use --device cpu"
+            )
+            raise RuntimeError(message)
         self._rasterization = rasterization
 
     def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
@@ -63,3 +72,10 @@ class GsplatRasterizer:
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.render_backdrop`."""
         return JoinedBackdrop(self, gaussians, camera, background)
+
+
+def _has_kernels() -> bool:
+    """Return whether gsplat has compiled kernels, or can compile them."""
+    from torch.utils import cpp_extension  # imports setuptools
+
+    return cpp_extension.CUDA_HOME is not None or find_spec("gsplat.csrc") is not None

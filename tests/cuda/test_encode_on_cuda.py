@@ -15,6 +15,7 @@ from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS
 from quarc_ref.encoder.stream_file import encode_file
+from quarc_ref.rendering import raster_gsplat
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import decode
 from quarc_ref.streams.chunk_reader import split_chunks
@@ -47,6 +48,7 @@ _MAIN = _shorten(PRESETS["main"])
 @pytest.fixture(autouse=True)
 def _cuda(monkeypatch):
     monkeypatch.setitem(sys.modules, "gsplat", simulated_gsplat)
+    monkeypatch.setattr(raster_gsplat, "_has_kernels", lambda: True)
     monkeypatch.setattr(description, "version", lambda _: "1")
     with simulate_cuda(monkeypatch):
         yield

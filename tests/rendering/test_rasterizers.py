@@ -1,10 +1,13 @@
 import math
+import sys
+from types import SimpleNamespace
 
 import numba
 import pytest
 import torch
+from torch.utils import cpp_extension
 
-from quarc_ref.rendering import backends
+from quarc_ref.rendering import backends, raster_gsplat
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
@@ -156,6 +159,17 @@ def test_auto_chooses_cuda_only_if_gsplat_can_render_on_it(
 
     assert choose_device("auto").type == device
     assert choose_device("cpu").type == "cpu"
+
+
+def test_without_nvcc_and_compiled_kernels_the_error_says_what_is_missing(monkeypatch):
+    monkeypatch.setitem(sys.modules, "gsplat", SimpleNamespace(rasterization=None))
+    monkeypatch.setattr(raster_gsplat, "find_spec", lambda _: None)
+    monkeypatch.setattr(cpp_extension, "CUDA_HOME", None)
+    with pytest.raises(RuntimeError, match=r"nvcc.*--device cpu"):
+        choose_rasterizer(torch.device("cuda"))
+
+    monkeypatch.setattr(cpp_extension, "CUDA_HOME", "/usr/local/cuda")
+    assert choose_rasterizer(torch.device("cuda")).name == "gsplat"
 
 
 @pytest.mark.gpu
