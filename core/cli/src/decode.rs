@@ -1,12 +1,13 @@
 //! `quarc decode`: write frames as PLY files.
 
 use crate::failure::Failure;
-use crate::files::{self, Seekable};
+use crate::files;
 use crate::ply::build_ply;
 use quarc::error::Error;
 use quarc::floats::Dequantizer;
 use quarc::recover::{Gap, Recovered, Recovery};
 use quarc::seek::SeekDecoder;
+use quarc::source::Source;
 use quarc::state::State;
 use quarc::stream::{decode_all, Decoder};
 use std::fs;
@@ -58,9 +59,9 @@ pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
     }
     let mut written = Written::default();
     let ended = if wanted.recover {
-        recover(files::open_seekable(&wanted.file)?, wanted, &mut written)
+        recover(files::open_source(&wanted.file)?, wanted, &mut written)
     } else if wanted.start > 0 && files::is_file(&wanted.file) {
-        seek(files::open_seekable(&wanted.file)?, wanted, &mut written)
+        seek(files::open_source(&wanted.file)?, wanted, &mut written)
     } else {
         let show = |state: &State| write_frame(state, wanted, &mut written);
         decode_all(&mut files::open(&wanted.file)?, &mut Decoder::new(), show)
@@ -81,7 +82,7 @@ pub fn decode(wanted: &Wanted) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn seek(stream: Seekable, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+fn seek(stream: Box<dyn Source>, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
     let mut decoder = SeekDecoder::new(stream, wanted.start)?;
     while let Some(state) = decoder.pull()? {
         write_frame(state, wanted, written)?;
@@ -89,7 +90,7 @@ fn seek(stream: Seekable, wanted: &Wanted, written: &mut Written) -> Result<(), 
     Ok(())
 }
 
-fn recover(stream: Seekable, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
+fn recover(stream: Box<dyn Source>, wanted: &Wanted, written: &mut Written) -> Result<(), End> {
     let mut recovery = Recovery::new(stream)?;
     while let Some(found) = recovery.pull()? {
         match found {

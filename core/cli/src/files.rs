@@ -1,9 +1,10 @@
 //! Reading of streams and writing of files.
 
 use crate::failure::Failure;
-use quarc::source::IoSource;
+use crate::pipe::Pipe;
+use quarc::source::{IoSource, Source};
 use std::fs::{self, File, OpenOptions};
-use std::io::{self, Cursor, Read, Seek, Write};
+use std::io::{self, Read, Write};
 use std::path::Path;
 
 /// Print text on standard output; a reader may close it early.
@@ -15,14 +16,6 @@ pub fn print(text: &str) -> Result<(), Failure> {
         _ => Ok(()),
     }
 }
-
-/// A stream with random access.
-pub type Seekable = IoSource<Box<dyn ReadSeek>>;
-
-/// What can be read at any offset.
-pub trait ReadSeek: Read + Seek {}
-
-impl<T: Read + Seek> ReadSeek for T {}
 
 /// Whether a path means a file, which has random access, and not standard input or a pipe.
 pub fn is_file(path: &Path) -> bool {
@@ -41,15 +34,12 @@ pub fn open(path: &Path) -> Result<Box<dyn Read>, Failure> {
     Ok(Box::new(open_file(path)?))
 }
 
-/// Open a stream with random access; standard input and pipes are read into memory.
-pub fn open_seekable(path: &Path) -> Result<Seekable, Failure> {
+/// Open a stream to be read at offsets; in standard input and pipes, they must ascend.
+pub fn open_source(path: &Path) -> Result<Box<dyn Source>, Failure> {
     if is_file(path) {
-        return Ok(IoSource(Box::new(open_file(path)?)));
+        return Ok(Box::new(IoSource(open_file(path)?)));
     }
-    let mut stream = Vec::new();
-    let read = open(path)?.read_to_end(&mut stream);
-    read.map_err(|error| Failure::file(path, &error))?;
-    Ok(IoSource(Box::new(Cursor::new(stream))))
+    Ok(Box::new(Pipe::new(open(path)?)))
 }
 
 fn open_file(path: &Path) -> Result<File, Failure> {

@@ -33,7 +33,7 @@ struct Sum {
 
 /// Print a summary of a stream, as text or JSON.
 pub fn info(path: &Path, json: bool) -> Result<(), Failure> {
-    let summary = Summary::of(files::open_seekable(path)?);
+    let summary = Summary::of(files::open_source(path)?);
     let name = path.display().to_string();
     let summary = summary.map_err(|error| Failure::Stream(name.clone(), error))?;
     let text = if json { format!("{:#}\n", summary.as_json()) } else { summary.as_text(&name) };

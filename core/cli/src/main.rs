@@ -8,6 +8,7 @@ mod decode;
 mod failure;
 mod files;
 mod info;
+mod pipe;
 mod ply;
 mod verify;
 

@@ -19,6 +19,16 @@ pub trait Source {
     fn size(&mut self) -> Result<u64>;
 }
 
+impl<S: Source + ?Sized> Source for Box<S> {
+    fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()> {
+        (**self).read(offset, length, into)
+    }
+
+    fn size(&mut self) -> Result<u64> {
+        (**self).size()
+    }
+}
+
 /// A stream in memory.
 impl Source for &[u8] {
     fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()> {
