@@ -15,7 +15,7 @@ from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.source import Source
 
 _PIECE_BYTES = 1 << 16
-_BUFFER_BYTES = LEVELS[30].chunk_bytes
+_BUFFER_BYTES = LEVELS[30].chunk_bytes + (2 << 20)  # a payload, and a window of a search
 
 
 class FileSource:
@@ -50,8 +50,8 @@ class PipeSource:
 
     Args:
         pipe: Binary file; no more bytes are read from it than requested.
-        buffer_bytes: Number of past bytes to keep. To resume after damage, `recover` needs at
-            least the size of the stream's longest chunk.
+        buffer_bytes: Number of past bytes to keep. To resume after damage, `recover` needs the
+            size of the stream's longest chunk, and that of a search window.
     """
 
     def __init__(self, pipe: BinaryIO | RawIOBase, buffer_bytes: int = _BUFFER_BYTES) -> None:

@@ -10,9 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.decoder import compute_digest
+from quarc_ref.format.constants import CHUNK_CRC_BYTES, CHUNK_HEADER_BYTES, LEVELS
 from quarc_ref.format.errors import SourceError, TruncatedError
 from quarc_ref.streams import BytesSource, FileSource, Follow, PipeSource, decode, open_source
 from quarc_ref.streams.chunk_reader import split_chunks
+from quarc_ref.streams.resync import MAX_WINDOW_BYTES
 from tests.small_streams import make_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=6, canonical_every=3)
@@ -67,6 +69,21 @@ def test_going_back_beyond_the_buffer_of_a_pipe_is_an_error():
     assert len(source._buffer) <= 100 + (1 << 16)
     with pytest.raises(SourceError, match="back"):
         source.read(0, 1)
+
+
+def test_recovery_can_go_back_to_the_header_of_the_longest_payload():
+    class Zeros:
+        def read(self, length):
+            return bytes(length)
+
+    source, limit = PipeSource(Zeros()), LEVELS[30].chunk_bytes
+    start = 1 << 20
+    source.read(start, MAX_WINDOW_BYTES)  # of a search, which finds a header and checks its payload
+    end = start + CHUNK_HEADER_BYTES + limit + CHUNK_CRC_BYTES
+    for offset in range(start + CHUNK_HEADER_BYTES, end, 1 << 20):
+        source.read(offset, min(1 << 20, end - offset))
+
+    assert source.read(start, MAX_WINDOW_BYTES) == bytes(MAX_WINDOW_BYTES)
 
 
 def test_a_claimed_size_of_four_billion_bytes_is_not_allocated(path):
