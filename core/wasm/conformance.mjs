@@ -9,12 +9,16 @@ import { existsSync, readFileSync, readSync, writeSync } from "node:fs";
 import { Quarc, QuarcError } from "./quarc.mjs";
 
 const [INPUT, OUTPUT] = [0, 1];
-const EXIT = { refused: 1, declined: 3 };
+const EXIT = { refused: 1, failed: 2, declined: 3, closedPipe: 141 };
 const PIECE_BYTES = 1 << 16;
 const NEWLINE = 10;
+const LAST_ORDINAL = 2 ** 32 - 1;
 
 const CAPABILITIES =
   "jobs seek recover grow numbers metadata updates snapshots".split(" ");
+
+/** The input is not a job, which says nothing about a stream. */
+class MalformedJob extends Error {}
 
 const compile = (file) => new WebAssembly.Module(readFileSync(file));
 const compiled = compile(process.env.QUARC_WASM ?? new URL("quarc.wasm", import.meta.url));
@@ -113,15 +117,32 @@ function answerStream() {
   });
 }
 
+function parseJob(line) {
+  let job = null;
+  try {
+    job = JSON.parse(line);
+  } catch {} // it is checked below
+  const isCount = (number) => Number.isSafeInteger(number) && number >= 0;
+  if (typeof job?.job !== "string" || !isCount(job.bytes ?? 0) || !isCount(job.start ?? 0)) {
+    throw new MalformedJob(`not a job: ${line.toString().trim().slice(0, 60)}`);
+  }
+  return job;
+}
+
 function answerJob(job, stream, line) {
-  if (job.job === "unit") {
+  if (job.job === "unit" && units !== null) {
     write(answerUnit(line));
+    return;
+  }
+  if (job.job !== "decode" && job.job !== "recover") {
+    say({ unsupported: job.job });
     return;
   }
   const quarc = start();
   const open = () => {
     if (job.job === "recover") return quarc.openRecover();
-    return job.start === undefined ? quarc.open() : quarc.openSeek(job.start);
+    if (job.start === undefined) return quarc.open();
+    return quarc.openSeek(Math.min(job.start, LAST_ORDINAL));
   };
   answer(open(), (decoder) => {
     decoder.push(stream);
@@ -134,7 +155,7 @@ function answerJob(job, stream, line) {
 function answerUnit(line) {
   const { quarc_conformance_job: ask, quarc_free: free } = units.functions;
   return units.lend(line, (place) => {
-    if (ask(place, line.length, units.scratch) !== 0) throw new Error("malformed job");
+    if (ask(place, line.length, units.scratch) !== 0) throw new MalformedJob("malformed job");
     const [size, lines] = units.view(Uint32Array, units.scratch, 2);
     const text = Buffer.from(units.view(Uint8Array, lines, size)).toString();
     free(lines, size);
@@ -159,8 +180,12 @@ function answerJobs() {
   for (;;) {
     while (!pending.includes(NEWLINE)) if (!fill()) return 0;
     const line = take(pending.indexOf(NEWLINE) + 1);
-    const job = JSON.parse(line);
-    answerJob(job, take(job.bytes ?? 0), line);
+    const job = parseJob(line);
+    const stream = take(job.bytes ?? 0);
+    if (stream.length < (job.bytes ?? 0)) {
+      throw new MalformedJob("the input ends within the stream of a job");
+    }
+    answerJob(job, stream, line);
     say({ done: true });
   }
 }
@@ -174,7 +199,19 @@ function main(argument) {
     return 0;
   }
   process.stderr.write("usage: node conformance.mjs [--jobs | --capabilities] < stream.quarc\n");
-  return 2;
+  return EXIT.failed;
 }
 
-process.exitCode = main(process.argv[2]);
+/** The exit status after an error of standard input or output, or a malformed job. */
+function fail(error) {
+  if (error.syscall === undefined && !(error instanceof MalformedJob)) throw error;
+  if (error.code === "EPIPE") return EXIT.closedPipe;
+  process.stderr.write(`conformance.mjs: ${error.message}\n`);
+  return EXIT.failed;
+}
+
+try {
+  process.exitCode = main(process.argv[2]);
+} catch (error) {
+  process.exitCode = fail(error);
+}

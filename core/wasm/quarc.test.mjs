@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
+import { spawnSync } from "node:child_process";
 import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { Quarc, QuarcError } from "./quarc.mjs";
@@ -9,6 +10,7 @@ import { Quarc, QuarcError } from "./quarc.mjs";
 const STREAMS = new URL("../../conformance/streams/", import.meta.url);
 const NAMES = ["journey", "births-and-deaths", "snapshots-journey", "updates-journey"];
 const MUTATIONS = 300;
+const MODULE_BYTES_LIMIT = 256_000;
 
 const read = (name) => readFileSync(new URL(`${name}.quarc`, STREAMS));
 const load = () => Quarc.load(readFileSync(new URL("quarc.wasm", import.meta.url)));
@@ -32,6 +34,11 @@ function* numbers(seed) {
     yield state >>> 8;
   }
 }
+
+test("the module has at most 250 KB", () => {
+  const { length } = readFileSync(new URL("quarc.wasm", import.meta.url));
+  assert.ok(length <= MODULE_BYTES_LIMIT, `quarc.wasm has ${length} bytes`);
+});
 
 test("errors on loading say what failed", async () => {
   const url = "http://127.0.0.1:9/quarc.wasm"; // the discard port, on which nothing listens
@@ -144,6 +151,22 @@ test("errors have their reject id, and a closed decoder cannot be used", async (
   decoder.close();
   decoder.close();
   assert.throws(() => decoder.pull(), /invalid call/);
+});
+
+test("the answers to malformed jobs are a message and a status", () => {
+  const script = new URL("conformance.mjs", import.meta.url).pathname;
+  const run = (input) => spawnSync(process.execPath, [script, "--jobs"], { input });
+  const fields = ['"bytes":-1', '"bytes":1.5', '"start":"4"', '"bytes":1'];
+  const malformed = fields.map((field) => `{"job":"decode",${field}}`);
+  for (const line of ["malformed", "", "null", "[]", '{"job":5}', ...malformed]) {
+    const { status, stdout, stderr } = run(`${line}\n`);
+    assert.equal(status, 2, line);
+    assert.equal(stdout.length, 0);
+    assert.match(stderr.toString(), /^conformance.mjs: .+\n$/);
+  }
+  const { status, stdout } = run('{"job":"dance"}\n');
+  assert.equal(status, 0);
+  assert.deepEqual(stdout.toString(), '{"unsupported":"dance"}\n{"done":true}\n');
 });
 
 test("modified streams cause no crash, and memory is reused", async () => {

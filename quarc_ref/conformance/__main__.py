@@ -11,7 +11,12 @@ import os
 import sys
 from contextlib import ExitStack
 
-from quarc_ref.conformance.jobs import CAPABILITIES, answer_jobs, describe_stream
+from quarc_ref.conformance.jobs import (
+    CAPABILITIES,
+    MalformedJobError,
+    answer_jobs,
+    describe_stream,
+)
 from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format.coding.ans import PythonBitDecoder
@@ -19,12 +24,18 @@ from quarc_ref.format.coding.entropy import use_bit_decoder
 from quarc_ref.streams.sources import PipeSource
 
 _REJECTED = 1
+_FAILED = 2
 _DECLINED = 3
 _NO_READER = 141  # as after SIGPIPE
 
 
 def main() -> int:
-    """Run the command; return 1 if the stream is rejected, 3 if it is declined, otherwise 0."""
+    """Run the command.
+
+    Returns:
+        1 if the stream is rejected, 2 if a job is malformed, 3 if the stream is declined,
+        otherwise 0.
+    """
     options = _parse_arguments()
     with ExitStack() as stack:
         if options.coder == "python":
@@ -35,8 +46,7 @@ def main() -> int:
             sys.stdout.flush()
             return 0
         if options.jobs:
-            answer_jobs(sys.stdin.buffer, sys.stdout)
-            return 0
+            return _answer_jobs()
         return _decode()
 
 
@@ -53,6 +63,15 @@ def _parse_arguments() -> argparse.Namespace:
     coders = ("fastest", "python")
     parser.add_argument("--coder", choices=coders, default="fastest", help="entropy decoder")
     return parser.parse_args()
+
+
+def _answer_jobs() -> int:
+    try:
+        answer_jobs(sys.stdin.buffer, sys.stdout)
+    except MalformedJobError as error:
+        sys.stderr.write(f"quarc_ref.conformance: {error}\n")
+        return _FAILED
+    return 0
 
 
 def _decode() -> int:

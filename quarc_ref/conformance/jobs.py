@@ -37,15 +37,41 @@ CAPABILITIES: Line = {
 }
 
 
+class MalformedJobError(Exception):
+    """The input is not a job: a fault of the sender, which says nothing about a stream."""
+
+
 def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
-    """Answer jobs until the input ends."""
+    """Answer jobs until the input ends.
+
+    Raises:
+        MalformedJobError: A line is not a job, or the input ends within a stream.
+    """
     while request := requests.readline():
-        job = json.loads(request)
-        stream = requests.read(job.get("bytes", 0))
+        job = _parse_job(request)
+        byte_count = job.get("bytes", 0)
+        stream = requests.read(byte_count)
+        if len(stream) < byte_count:
+            message = "the input ends within the stream of a job"
+            raise MalformedJobError(message)
         for line in answer_job(job, stream):
             answers.write(json.dumps(line) + "\n")
         answers.write('{"done": true}\n')
         answers.flush()
+
+
+def _parse_job(request: bytes) -> Line:
+    """Parse a line with the key `job` and, if present, counts as `bytes` and `start`."""
+    try:
+        job = json.loads(request)
+    except ValueError:
+        job = None
+    if isinstance(job, dict) and isinstance(job.get("job"), str):
+        counts = [job.get("bytes", 0), job.get("start", 0)]
+        if all(type(count) is int and count >= 0 for count in counts):
+            return job
+    message = f"not a job: {request[:60].decode(errors='replace').strip()}"
+    raise MalformedJobError(message)
 
 
 def answer_job(job: Line, stream: bytes) -> Iterator[Line]:

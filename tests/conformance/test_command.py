@@ -45,6 +45,26 @@ def test_without_a_reader_the_command_ends_silently(option):
     assert (completed.returncode, completed.stderr) == (141, b"")
 
 
+@pytest.mark.parametrize(
+    "line",
+    ["malformed", "", "null", "[]", '{"job": 5}']
+    + [f'{{"job": "decode", {field}}}' for field in ('"bytes": -1', '"bytes": 9', '"start": "4"')],
+)
+def test_a_malformed_job_ends_the_command_with_a_message(line, monkeypatch, capsys):
+    requests = types.SimpleNamespace(buffer=io.BytesIO(line.encode() + b"\n"))
+    monkeypatch.setattr(sys, "stdin", requests)
+    monkeypatch.setattr(sys, "argv", ["quarc_ref.conformance", "--jobs"])
+
+    with pytest.raises(SystemExit) as exit_info:
+        runpy.run_module("quarc_ref.conformance", run_name="__main__")
+
+    assert exit_info.value.code == 2
+    output = capsys.readouterr()
+    assert output.out == ""
+    assert output.err.startswith("quarc_ref.conformance: ")
+    assert output.err.count("\n") == 1
+
+
 def test_importing_the_command_does_nothing(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", None)
 
