@@ -23,7 +23,7 @@ for seed in ../../conformance/streams/*.quarc ../../tests/hostile/seeds/streams/
     name=$(basename "$seed" .quarc)
     case $target in
     interface)
-        for open in 000 202 376; do
+        for open in 000 100 202 376; do
             { calls $open && cat "$seed"; } >"corpus/$target/$name-$open"
         done
         ;;
