@@ -15,7 +15,7 @@ import numpy as np
 from quarc_ref.decoder.engine import Engine, FrameState
 from quarc_ref.decoder.state import SnapshotReference
 from quarc_ref.encoder.dead_zone import undo_small_moves
-from quarc_ref.encoder.requantize import requantize
+from quarc_ref.encoder.requantize import find_representable, requantize, select_gaussians
 from quarc_ref.format import container, wire
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.coding.gaussian_planes import sort_canonical
@@ -197,15 +197,18 @@ class FrameCoder:
     def code_as_canonical(self, moved_frame: MovedFrame, births: Births | None) -> CodedFrame:
         """Code a moved frame and its births as a canonical frame.
 
-        The scene is requantized to the grid of canonical frames (SPEC 7.2). The Gaussians get
-        new ids that start at 0, so earlier ids and indices become invalid.
+        The scene is requantized to the grid of canonical frames (SPEC 7.2), and Gaussians that are
+        too far away for it are dropped. The Gaussians get new ids that start at 0, so earlier ids
+        and indices become invalid.
 
         Raises:
             EncodeError: A Gaussian is out of the format's range.
         """
         scene = self._append_births(moved_frame, births)[0].scene
+        gaussians = requantize(scene)
+        is_kept = find_representable(gaussians.positions)
         try:
-            return self.code_canonical(requantize(scene), scene.frame)
+            return self.code_canonical(select_gaussians(gaussians, is_kept), scene.frame)
         except StateError as error:
             raise EncodeError(str(error)) from error
 
@@ -218,6 +221,8 @@ class FrameCoder:
         dead_zone: int = 0,
     ) -> CodedFrame:
         """Code a moved frame and its births as a snapshot (SPEC 5.10).
+
+        Gaussians that are too far away for a canonical frame are dropped.
 
         Args:
             moved_frame: The frame after its motion.
@@ -239,8 +244,13 @@ class FrameCoder:
         gaussians = undo_small_moves(
             requantize(scene), reference.gaussians, scene_canonical_indices, self._header, dead_zone
         )
+        is_kept = find_representable(gaussians.positions)
         try:
-            coded_snapshot = write_snapshot(reference.gaussians, gaussians, scene_canonical_indices)
+            coded_snapshot = write_snapshot(
+                reference.gaussians,
+                select_gaussians(gaussians, is_kept),
+                scene_canonical_indices[is_kept],
+            )
             state = self._engine.begin_canonical(
                 self._header, scene.frame, coded_snapshot.gaussians
             )

@@ -10,10 +10,10 @@ from quarc_ref.decoder import StreamDecoder, compute_digest
 from quarc_ref.decoder.rotation import expand_rotations
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.encoder.closed_loop import ClosedLoop
-from quarc_ref.encoder.requantize import requantize
+from quarc_ref.encoder.requantize import find_representable, requantize
 from quarc_ref.format import wire
 from quarc_ref.format.constants import ROTATION_ONE
-from quarc_ref.format.container import CANO, FRAM, Chunk
+from quarc_ref.format.container import CANO, FRAM, SNAP, Chunk
 from quarc_ref.format.errors import ClosedLoopError, EncodeError, ResumeError
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.chunk_reader import split_chunks
@@ -239,17 +239,37 @@ def test_a_frame_out_of_range_of_canonical_steps_is_an_error_of_the_scene():
         loop.commit_as_canonical(moved_frame, None)
 
 
-@pytest.mark.parametrize(("width", "fits"), [((1 << 20) - 1, True), (1 << 20, False)])
-def test_a_scene_too_large_for_a_canonical_frame_is_an_error_of_the_scene(width, fits):
-    header = StreamHeader(position_step=2, sh_degree=0)
-    positions = np.array([[0, 2 * width], [0, 0], [0, 0]], np.int32) - 1000
-    rotations = np.array([[ROTATION_ONE] * 2, [0] * 2, [0] * 2, [0] * 2], np.int32)
-    scene = Scene(header, 0, 0, np.arange(2), positions, rotations, np.zeros((7, 2), np.int16))
-    if fits:
-        assert np.ptp(requantize(scene).positions[0]) == width
-        return
-    with pytest.raises(EncodeError, match="wider"):
-        requantize(scene)
+@pytest.mark.parametrize("kind", [CANO, SNAP])
+@pytest.mark.parametrize(("offset", "kept"), [(10, 4), (11, 3)])
+def test_gaussians_too_far_away_for_a_canonical_frame_are_dropped(kind, offset, kept):
+    sink = io.BytesIO()
+    header = replace(_HEADER, position_step=2, snapshots=True)
+    loop = ClosedLoop(sink, header, (CAMERA,), {})
+    gaussians = make_gaussians(header, 3)
+    first, middle, last = 0, (1 << 19) - 1, (1 << 20) - 11
+    gaussians.positions[:] = [[first, middle, last], [0] * 3, [0] * 3]
+    loop.commit_canonical(gaussians, 0)
+    start = loop.start_frame(0)
+    moved_frame = loop.move_frame(start, [0 * level for level in make_symbols(start.state)])
+    births = replace(make_births(moved_frame.state, 1), parents=np.array([2]))
+    births.newborn.positions[:] = [[offset], [0], [0]]
+    commit = loop.commit_as_canonical if kind == CANO else loop.commit_as_snapshot
+
+    state = commit(moved_frame, births)
+    loop.finish()
+
+    positions = state.scene.positions[0] // 2
+    assert sorted(positions) == [first, middle, last, last + offset][:kept]
+    decoded = list(decode_states(sink.getvalue()))
+    assert np.array_equal(decoded[-1].scene.positions, state.scene.positions)
+
+
+def test_a_scene_that_is_far_from_its_median_is_an_error():
+    far = 1 << 21
+    positions = np.array([[0, far, far], [far, 0, far], [far, far, 0]], np.int64)
+
+    with pytest.raises(EncodeError, match=r"wider .* increase steps.position_pixels"):
+        find_representable(positions - 5 * far * np.eye(3, dtype=np.int64))
 
 
 @given(st.integers(1, 14), st.integers(0, (1 << 32) - 1))
