@@ -108,7 +108,8 @@ class _MotionFit:
             self._updates = TrainedUpdates(
                 scene.count, scene.header, update_settings, context.device, rd
             )
-            self._selection_step = round(update_settings.select_at * settings.iterations)
+            step = max(1, round(update_settings.select_at * settings.iterations))
+            self._selection_step = min(step, settings.iterations)
         self._statistics = ScreenStatistics(scene.count, context.device)
         self._views = context.views.shuffled_indices(context.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()

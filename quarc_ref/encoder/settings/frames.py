@@ -193,8 +193,9 @@ class UpdateSettings(Validated):
     )
     select_at: PositiveFraction = described(
         0.5,
-        "Fraction of the motion iterations after which the Gaussians to update are selected. Only "
-        "Gaussians with a residual of at least half a step by then can be selected.",
+        "Fraction of the motion iterations after which the Gaussians to update are selected; at "
+        "least one iteration comes before. Only Gaussians with a residual of at least half a step "
+        "by then can be selected.",
     )
     min_gain: NonNegativeFloat = described(
         0.35,

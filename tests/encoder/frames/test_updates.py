@@ -152,6 +152,14 @@ def test_an_update_that_gains_too_little_is_left_out(select_at):
     assert counts[0] > counts[1] > counts[2] == 0
 
 
+def test_updates_are_selected_after_the_first_iteration_at_the_earliest():
+    wrong_state = _add_to_codes(_make_state(), SH_DC.start, list(range(40)), 3)
+
+    fitted = _fit(wrong_state, replace(_UPDATES, lr=1.0, min_gain=0.0, select_at=1e-9))
+
+    assert fitted.updates.count > 0
+
+
 @pytest.mark.parametrize(
     ("updates", "settings"), [(False, _UPDATES), (True, None), (True, replace(_UPDATES, lr=0.0))]
 )
