@@ -3,6 +3,7 @@
 import argparse
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 
 from options import add_set_option, parse_positive
@@ -72,13 +73,18 @@ def plan_study(arguments: argparse.Namespace) -> Study:
     """Return the study that the options describe; ray-trace its missing captures first.
 
     Raises:
-        ValueError: A variant, the preset or a setting does not exist, or no capture is given.
+        ValueError: A variant, the preset or a setting does not exist, no capture is given, or LPIPS
+            cannot be measured with these weights or on these pictures.
         CaptureError: A capture cannot be read.
     """
+    lpips = Lpips(arguments.lpips) if arguments.lpips else None
     config = _make_config(arguments)
     tasks, fingerprints = [], {}
     for study_capture in _prepare_captures(arguments):
-        capture = open_capture(study_capture.folder)
+        capture = open_capture(study_capture.folder, CaptureOptions(arguments.downscale))
+        if lpips is not None:
+            held_out = set(chain.from_iterable(study_capture.held_out_sets))
+            lpips.require_sizes(camera for camera in capture.cameras if camera.name in held_out)
         fingerprints[study_capture.name] = capture.fingerprint
         tasks += _list_tasks(arguments, study_capture, capture, config)
     settings = ", ".join([arguments.preset, *arguments.set])
@@ -96,8 +102,6 @@ def main(command_line: Sequence[str] | None = None) -> int:
         if arguments.against:
             print(compare_studies(arguments.out, arguments.against))
             return 0
-        if arguments.lpips:
-            Lpips(arguments.lpips)  # reject a malformed file before the first encode
         pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:

@@ -12,6 +12,7 @@ import studies
 from quality import command
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.cli.commands import TINY
 
@@ -210,6 +211,17 @@ def test_impossible_options_are_rejected_before_anything_runs(
     assert message in capsys.readouterr().err
     assert completed_names == []
     assert not any(tmp_path.iterdir())
+
+
+def test_pictures_too_small_for_lpips_are_rejected_before_the_first_encode(
+    study_folder, tmp_path, monkeypatch, completed_names, capsys
+):
+    monkeypatch.setattr(command, "Lpips", lambda _: object.__new__(Lpips))  # without weights
+    options = [*OPTIONS, "--captures", str(study_folder / "captures"), "--lpips", "weights.pth"]
+
+    assert command.main([*options, "--downscale", "2", "--out", str(tmp_path)]) == 2
+    assert "LPIPS needs pictures of at least 16 x 16 pixels" in capsys.readouterr().err
+    assert completed_names == []
 
 
 def test_studies_of_other_captures_are_not_compared(study_copy, study_folder, capsys):
