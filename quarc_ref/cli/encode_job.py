@@ -150,6 +150,8 @@ def encode_to_joined_file(
         for segment in segment_list:
             folder.register(segment.file.name)
             folder.register(checkpoint_path(segment.file).name)
+        if not is_remote_cluster(pool.ray):
+            segments.require_resumable(segment_list, capture)
         segments.encode_segments(segment_list, pool, job.progress, job.findings.add)
         with open_output_file(target, force=write_mode.force, durable=True) as sink:
             segments.join_segments(segment_list, sink)

@@ -4,7 +4,7 @@ Every segment starts with a canonical frame, so segments are independent.
 """
 
 from collections.abc import Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
@@ -23,7 +23,7 @@ from quarc_ref.encoder.resume.partial_stream import (
     require_match,
 )
 from quarc_ref.encoder.stream_file import encode_file
-from quarc_ref.format.errors import ResumeError
+from quarc_ref.format.errors import BitstreamError, ResumeError
 from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from quarc_ref.streams.join import join
 from quarc_ref.streams.sources import FileSource
@@ -123,6 +123,23 @@ def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
         join(
             [FileSource(files.enter_context(segment.file.open("rb"))) for segment in segments], sink
         )
+
+
+def require_resumable(segments: Sequence[Segment], capture: Capture) -> None:
+    """Raise ResumeError if the file of a segment contains a stream of another encode.
+
+    Damaged files are left to `encode_segment`. Do not call this if other machines encode the
+    segments, because they may have other versions of the libraries.
+    """
+    for segment in segments:
+        if not segment.file.is_file():
+            continue
+        part = slice_capture(capture, segment.first, segment.count)
+        metadata = describe_encode(part, segment.options.config, segment.options.device)
+        with segment.file.open("rb") as file, suppress(BitstreamError):
+            partial_stream = read_partial_stream(FileSource(file))
+            if partial_stream is not None:
+                require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
 
 
 def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> None:

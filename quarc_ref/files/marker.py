@@ -85,8 +85,8 @@ def _read_names(marker: BinaryIO, folder: Path) -> tuple[set[str], int]:
         or not all(map(_LINE_PATTERN.fullmatch, names))
     ):
         message = (
-            f"{folder / MARKER_NAME} is damaged, or was not written by quarc-ref: remove the "
-            "folder, or choose another folder"
+            f"{folder / MARKER_NAME} is damaged, or was not written by this version of "
+            "quarc-ref: remove the folder, or choose another folder"
         )
         raise OutputPathError(message)
     return set(names), end

@@ -81,6 +81,21 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     assert list_names(tmp_path) == ["a.quarc"]
 
 
+def test_segments_of_another_encode_are_rejected_before_the_others_are_encoded(
+    capture, parts, tmp_path, monkeypatch
+):
+    monkeypatch.setattr(segments, "encode_segments", _raise_keyboard_interrupt)
+    folder = tmp_path / "a.quarc.segments"
+    make_folder(folder, "frames_000000_000001.quarc", "frames_000001_000002.quarc")
+    (folder / "frames_000000_000001.quarc").write_bytes(parts[0][:20])  # damaged
+    (folder / "frames_000001_000002.quarc").write_bytes(parts[1])
+    command = _make_command(capture, tmp_path / "a.quarc", "--segments", 2, "--resume")
+    result = run(*command, "--set", "motion.lr=0.5")
+
+    assert result.exit_code == 2
+    assert "these differ: motion.lr; encode to another file" in result.stderr
+
+
 @pytest.mark.parametrize(
     ("suffix", "content", "message"),
     [

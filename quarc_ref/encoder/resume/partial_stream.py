@@ -122,7 +122,10 @@ def require_match(
         raise ResumeError(message)
 
 
-_DIFFERENCE_DESCRIPTIONS = {"fingerprint": "fingerprint (of the capture's files, including masks)"}
+_DIFFERENCE_DESCRIPTIONS = {
+    "fingerprint": "fingerprint (of the capture's files, including masks)",
+    "encoder": "encoder (the version of quarc-ref or of a library)",
+}
 
 
 def require_frames(

@@ -208,7 +208,7 @@ def test_a_stream_that_quotes_old_names_of_settings_is_resumed(complete_stream, 
     [
         ("capture", "capture"),
         ("fingerprint", r"fingerprint \(of the capture's files, including masks\)"),
-        ("encoder", "encoder"),
+        ("encoder", r"encoder \(the version of quarc-ref or of a library\)"),
     ],
 )
 def test_another_capture_or_encoder_is_rejected(name, message, complete_stream, tmp_path):
