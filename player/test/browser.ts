@@ -15,6 +15,7 @@ import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./se
 
 const BROWSER_NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
 const BROWSER_ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
+const PIXEL_RATIO = 0.5; // software draws small pictures faster
 const TIMEOUT_MS = 60_000; // CI machines are slow, and share their processors
 
 const browserPath = findChromium();
@@ -65,7 +66,7 @@ export class PlayerPage {
     const server = await StreamServer.start(stream, { ...options, files });
     const browser = await launch();
     const viewport = { width, height };
-    const page = await browser.newPage({ viewport, hasTouch: options.isTouch ?? false });
+    const page = await browser.newPage({ viewport, hasTouch: options.isTouch ?? false, deviceScaleFactor: PIXEL_RATIO });
     const playerPage = new PlayerPage(page, server, options.expectedErrors ?? null);
     if (options.initScript !== undefined) await page.addInitScript(options.initScript);
     await page.goto(`${server.origin}/`);
@@ -83,9 +84,9 @@ export class PlayerPage {
     await this.page.waitForFunction(`(${String(condition)})(document.querySelector("quarc-player"))`);
   }
 
-  /** Take a screenshot of the page. */
+  /** Take a screenshot of the page, in CSS pixels. */
   async takeScreenshot(): Promise<Pixels> {
-    return decodePng(await this.page.screenshot());
+    return decodePng(await this.page.screenshot({ scale: "css" }));
   }
 
   /** Seek, and wait until the frame is shown. */

@@ -273,6 +273,7 @@ browserTest("on a screen with another resolution, the view and the timeline are 
       for (const query of queries.splice(0)) query.dispatchEvent(new Event("change"));
     };
     Object.assign(window, { changeRatio });
+    changeRatio(1);
     const player = document.createElement("quarc-player");
     player.setAttribute("src", "stream.quarc");
     document.body.append(player);

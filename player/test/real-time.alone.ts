@@ -92,7 +92,7 @@ browserTest("every frame is shown, and no frame is late on an idle machine", asy
   if (referenceSkipReason) return context.skip(referenceSkipReason);
   const isBusy = idleCores < MIN_IDLE_CORES;
   const lateCounts: number[] = [];
-  // Without a graphics card, drawing pauses once for some seconds after the first frames of a page. So all attempts
+  // Without a graphics card, the first picture of a page takes longer, because its shaders are compiled. So all attempts
   // use the same page.
   await using page = await openStream();
   while (lateCounts.at(-1) !== 0 && lateCounts.length < (isBusy ? 1 : MAX_ATTEMPTS)) {

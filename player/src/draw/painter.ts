@@ -11,10 +11,13 @@ import type { FramePacket, StreamInfo } from "../protocol.js";
 import { eyeCenter, type Eye } from "./eye.js";
 import { buildProgram, DrawingError, numberSamplers } from "./programs.js";
 import { SlotTextures } from "./slot-textures.js";
-import { samplerNames, SPLAT_FRAGMENT_SHADER, splatVertexShader } from "./splat-shaders.js";
+import { INSTANCE_SPLATS, samplerNames, SPLAT_FRAGMENT_SHADER, splatVertexShader } from "./splat-shaders.js";
 
 const NEAR_FRACTION = 0.8; // SPEC 3.1
-const QUAD_CORNERS = 4;
+const SLOT_VECTORS = INSTANCE_SPLATS / 4; // vertex attributes that contain the slots of an instance
+const CORNERS_OF_TRIANGLES = [0, 1, 2, 2, 1, 3];
+/** The corners of the triangles of an instance; a splat has two triangles and four corners. */
+const CORNERS = Array.from({ length: INSTANCE_SPLATS }, (_, splat) => CORNERS_OF_TRIANGLES.map((corner) => 4 * splat + corner)).flat();
 
 /** A rectangle of pixels; the origin is the lower left corner, as in WebGL and WebXR. */
 export interface Viewport {
@@ -43,6 +46,7 @@ export class Painter {
   readonly #program: WebGLProgram;
   readonly #slotTextures: SlotTextures;
   readonly #orderBuffer: WebGLBuffer;
+  readonly #cornerBuffer: WebGLBuffer;
   readonly #vertexArray: WebGLVertexArrayObject;
   readonly #uniforms = new Map<string, WebGLUniformLocation | null>();
   #splatCount = 0;
@@ -53,13 +57,9 @@ export class Painter {
     this.#program = buildProgram(gl, splatVertexShader(info.shDegree), SPLAT_FRAGMENT_SHADER);
     this.#slotTextures = new SlotTextures(gl, info.shDegree);
     this.#orderBuffer = gl.createBuffer();
+    this.#cornerBuffer = gl.createBuffer();
     this.#vertexArray = gl.createVertexArray();
-    gl.bindVertexArray(this.#vertexArray);
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.#orderBuffer);
-    gl.enableVertexAttribArray(0);
-    gl.vertexAttribIPointer(0, 1, gl.UNSIGNED_INT, 0, 0);
-    gl.vertexAttribDivisor(0, 1);
-    gl.bindVertexArray(null);
+    this.#describeInstances();
     gl.disable(gl.DITHER);
     numberSamplers(gl, this.#program, samplerNames(info.shDegree));
     this.#setSteps(info);
@@ -73,7 +73,8 @@ export class Painter {
   /** Set the slots to draw, farthest first. */
   setOrder(order: Uint32Array): void {
     this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.#orderBuffer);
-    this.gl.bufferData(this.gl.ARRAY_BUFFER, order, this.gl.STREAM_DRAW);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, 4 * INSTANCE_SPLATS * countInstances(order.length), this.gl.STREAM_DRAW);
+    this.gl.bufferSubData(this.gl.ARRAY_BUFFER, 0, order);
     this.#splatCount = order.length;
   }
 
@@ -92,6 +93,7 @@ export class Painter {
   dispose(): void {
     this.#slotTextures.dispose();
     this.gl.deleteBuffer(this.#orderBuffer);
+    this.gl.deleteBuffer(this.#cornerBuffer);
     this.gl.deleteVertexArray(this.#vertexArray);
     this.gl.deleteProgram(this.#program);
   }
@@ -110,7 +112,22 @@ export class Painter {
     });
     gl.activeTexture(gl.TEXTURE0);
     gl.bindVertexArray(this.#vertexArray);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, QUAD_CORNERS, this.#splatCount);
+    gl.drawElementsInstanced(gl.TRIANGLES, CORNERS.length, gl.UNSIGNED_BYTE, 0, countInstances(this.#splatCount));
+    gl.bindVertexArray(null);
+  }
+
+  /** An instance draws several splats, because graphics cards and drivers draw many small instances slowly. */
+  #describeInstances(): void {
+    const gl = this.gl;
+    gl.bindVertexArray(this.#vertexArray);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.#orderBuffer);
+    for (let vector = 0; vector < SLOT_VECTORS; vector++) {
+      gl.enableVertexAttribArray(vector);
+      gl.vertexAttribIPointer(vector, 4, gl.UNSIGNED_INT, 4 * INSTANCE_SPLATS, 16 * vector);
+      gl.vertexAttribDivisor(vector, 1);
+    }
+    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, this.#cornerBuffer);
+    gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, Uint8Array.from(CORNERS), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
   }
 
@@ -129,6 +146,7 @@ export class Painter {
     gl.uniform2f(this.#findUniform("principal"), eye.cx, eye.cy);
     gl.uniform2f(this.#findUniform("size"), eye.width, eye.height);
     gl.uniform1f(this.#findUniform("nearest"), NEAR_FRACTION * eye.near);
+    gl.uniform1ui(this.#findUniform("count"), this.#splatCount);
   }
 
   #findUniform(name: string): WebGLUniformLocation | null {
@@ -139,6 +157,8 @@ export class Painter {
     return location;
   }
 }
+
+const countInstances = (splatCount: number): number => Math.ceil(splatCount / INSTANCE_SPLATS);
 
 /** Return the WebGL2 context of a canvas. Throws DrawingError if the browser has no WebGL2. */
 export function openContext(canvas: HTMLCanvasElement): WebGL2RenderingContext {

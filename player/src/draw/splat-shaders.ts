@@ -2,6 +2,9 @@
 
 import { ROW_BITS } from "./slot-textures.js";
 
+/** Number of splats that an instance draws; each has four vertices, its corners. */
+export const INSTANCE_SPLATS = 16;
+
 /** Names of the samplers of the vertex shader, in the order of their texture units. */
 export function samplerNames(shDegree: number): readonly string[] {
   const names = ["positions", "rotations", "shapes", "base"];
@@ -22,7 +25,11 @@ uniform vec2 focal, principal, size;
 uniform float nearest;
 uniform float unit;       // world units per lattice unit
 uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
-layout(location = 0) in uint slot;
+uniform uint count;       // number of splats
+layout(location = 0) in uvec4 slots0;
+layout(location = 1) in uvec4 slots1;
+layout(location = 2) in uvec4 slots2;
+layout(location = 3) in uvec4 slots3;
 out vec2 place;           // 1 on the ellipse
 flat out vec4 paint;      // color, opacity
 flat out float reach;     // the exponent on the ellipse
@@ -46,6 +53,9 @@ ${shDegree > 0 ? SH_DEGREE_1_COLOR : ""}
 
 void main() {
   gl_Position = NOWHERE;
+  int corner = gl_VertexID & 3, splat = gl_VertexID >> 2;
+  if (uint(${INSTANCE_SPLATS} * gl_InstanceID + splat) >= count) return;
+  uint slot = (splat < 8 ? splat < 4 ? slots0 : slots1 : splat < 12 ? slots2 : slots3)[splat & 3];
   ivec2 at = ivec2(slot & ${(1 << ROW_BITS) - 1}u, slot >> ${ROW_BITS});
   vec3 world = unit * vec3(texelFetch(positions, at, 0).xyz);
   vec3 seen = rotation * world + translation;
@@ -71,7 +81,7 @@ void main() {
   float longer = 0.5 * (a + c) + root, shorter = det / longer;
   vec2 along = half_ >= 0.0 ? vec2(half_ + root, b) : vec2(b, root - half_);
   along = root > 0.0 ? normalize(along) : vec2(1.0, 0.0);
-  place = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.0 - 1.0;
+  place = vec2(corner & 1, corner >> 1) * 2.0 - 1.0;
   vec2 extent = place * sqrt(2.0 * reach * vec2(longer, shorter));
   vec2 pixel = focal * seen.xy / seen.z + principal
     + extent.x * along + extent.y * vec2(-along.y, along.x);
