@@ -15,8 +15,10 @@ import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./se
 
 const BROWSER_NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
 const BROWSER_ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
-const PIXEL_RATIO = 0.5; // software draws small pictures faster
 const TIMEOUT_MS = 60_000; // CI machines are slow, and share their processors
+
+/** Screen pixels per CSS pixel, because software draws small pictures faster. */
+export const PIXEL_RATIO = 0.5;
 
 const browserPath = findChromium();
 let browserPromise: Promise<Browser> | null = null;

@@ -6,7 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
 import { pathToFileURL } from "node:url";
-import { browserTest, launch, PlayerPage, type PlayerElement } from "./browser.js";
+import { browserTest, launch, PIXEL_RATIO, PlayerPage, type PlayerElement } from "./browser.js";
 import { runPython, referenceSkipReason, startPython } from "./reference.js";
 import { readRoom } from "./server.js";
 
@@ -54,9 +54,8 @@ async function withPage(
     requests: (string | undefined)[];
   }) => Promise<void>,
   viewport = VIEWPORTS.desktop,
-  screenshotPath = "",
 ): Promise<void> {
-  const page = await (await launch()).newPage({ viewport });
+  const page = await (await launch()).newPage({ viewport, deviceScaleFactor: PIXEL_RATIO });
   page.setDefaultTimeout(TIMEOUT_MS);
   const [errors, requests]: [string[], (string | undefined)[]] = [[], []];
   page.on("pageerror", (error) => errors.push(String(error.stack ?? error)));
@@ -76,7 +75,6 @@ async function withPage(
       requests,
     });
     assert.deepEqual(errors, [], "the console shows errors");
-    if (screenshotPath !== "") await page.screenshot({ path: new URL(screenshotPath, import.meta.url).pathname });
   } finally {
     await page.close();
   }
@@ -106,7 +104,6 @@ for (const [name, viewport] of Object.entries(VIEWPORTS)) {
           });
         },
         viewport,
-        `site-${name}.png`,
       ),
     );
   });
@@ -118,6 +115,7 @@ browserTest("a single page plays from disk", async (context) => {
   runPython(["-m", "quarc_ref", "publish", ROOM_PATH, "-o", path]);
   await withPage(pathToFileURL(path).href, async ({ run, waitUntil }) => {
     await waitUntil((player) => player.info?.frameCount === 24 && (player.frame ?? 24) < 10);
+    await waitUntil((player) => player.getAttribute("poster")?.startsWith("data:image/jpeg;base64,"));
     await run((player) => player.setFrame(20));
     await waitUntil((player) => player.frame === 20);
     await run((player) => player.play());

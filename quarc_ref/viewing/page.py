@@ -84,7 +84,6 @@ def _build_page(options: PageOptions, urls: _PageUrls) -> bytes:
     template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
     player_attributes = {
         "src": urls.stream,
-        "poster": urls.poster,
         "camera": options.camera,
         "up": options.up,
         "autoplay": options.autoplay,

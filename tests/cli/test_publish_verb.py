@@ -35,8 +35,18 @@ def test_a_single_page_contains_everything(stream_file, tmp_path):
     assert "<title>A &lt;b&gt;</title>" in page
     assert _find_data(page, "application/octet-stream") == stream_file.read_bytes()
     assert _find_data(page, "text/javascript") == read_player()
-    assert page.count("data:image/jpeg;base64,") == 2
+    assert page.count("data:image/jpeg;base64,") == 1
     assert json_output["iframe"].startswith('<iframe src="page.html" title="A &lt;b&gt;"')
+
+
+def test_a_trailing_slash_means_a_folder(stream_file, tmp_path):
+    run_json("publish", stream_file, "-o", f"{tmp_path}/site/")
+    result = run("publish", stream_file, "-o", f"{tmp_path}/page.html/")
+
+    assert "index.html" in list_names(tmp_path / "site")
+    assert result.exit_code == 2
+    assert "page.html must be a folder" in result.stderr
+    assert not (tmp_path / "page.html").exists()
 
 
 def _find_data(page, media_type):
@@ -151,7 +161,7 @@ def test_a_stream_without_cameras_has_no_poster(tmp_path):
     assert result.exit_code == 0
     assert '"poster": null' in result.stdout
     assert "the stream has no cameras" in result.stderr
-    assert "poster" not in (tmp_path / "site" / "index.html").read_text("utf-8")
+    assert "<img" not in (tmp_path / "site" / "index.html").read_text("utf-8")
 
 
 @pytest.mark.parametrize(

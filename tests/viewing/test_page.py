@@ -60,10 +60,10 @@ def test_text_is_escaped(text):
     assert len(page.attributes["script"]) == 2
 
 
-def test_a_poster_is_shown_before_the_player_and_in_it():
+def test_a_poster_is_a_picture_that_the_script_passes_to_the_player():
     page = _build_and_parse(PageOptions("t"), has_poster=True)
 
-    assert page.attributes["quarc-player"][0]["poster"] == "poster.jpg"
+    assert "poster" not in page.attributes["quarc-player"][0]
     assert page.attributes["img"] == [{"src": "poster.jpg", "alt": ""}]
 
 

@@ -32,8 +32,8 @@ _CONTROLS_HEIGHT = 93  # pixels: height of the player's controls on a page of wi
 
 def publish(
     file: StreamName,
-    output: Annotated[
-        Path,
+    output_name: Annotated[
+        str,
         typer.Option(
             "--output",
             "-o",
@@ -73,7 +73,9 @@ def publish(
         from quarc_ref.viewing.outline import read_cameras
         from quarc_ref.viewing.page import PageOptions, build_iframe
 
-        is_single = output.suffix.lower() in _PAGE_SUFFIXES
+        output = Path(output_name)
+        is_folder = output_name.endswith(("/", os.sep))  # a path has no trailing slash
+        is_single = output.suffix.lower() in _PAGE_SUFFIXES and not is_folder
         if url:
             page_url = _normalize_url(url, is_single=is_single)
         else:
