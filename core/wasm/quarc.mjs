@@ -110,7 +110,8 @@ export class Quarc {
 
   /** The address of new memory. */
   allocate(size) {
-    const place = address(this.#functions.quarc_allocate(size));
+    const isSize = size === size >>> 0; // other numbers would be passed modulo 2^32
+    const place = isSize ? address(this.#functions.quarc_allocate(size)) : 0;
     if (place === 0) throw new RangeError(`cannot allocate ${size} bytes`);
     return place;
   }

@@ -62,6 +62,13 @@ test("addresses above 2 GiB are not negative", () => {
   assert.throws(() => quarc.version, /4294967280 is outside the bounds/);
 });
 
+test("memory is not allocated for other numbers than sizes of 32 bits", async () => {
+  const quarc = await load();
+  for (const size of [2 ** 32, 2 ** 32 - 1, -1, 1.5, NaN]) {
+    assert.throws(() => quarc.allocate(size), /^RangeError: cannot allocate/);
+  }
+});
+
 test("bytes are passed as a Uint8Array", async () => {
   const decoder = (await load()).open();
   assert.throws(() => decoder.push(new ArrayBuffer(8)), /needs a Uint8Array/);
