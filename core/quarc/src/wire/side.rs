@@ -3,7 +3,6 @@
 use super::fields::{count, rejected, within, Fields, Payload};
 use crate::error::{Error, Result};
 use crate::records::{SeekPoint, Tail};
-use std::collections::HashMap;
 
 /// A pinhole camera (SPEC 5.6), which looks along its +z axis, with x to the right and y down.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,17 +71,18 @@ pub fn build_cameras(cameras: &[Camera]) -> Result<Vec<u8>> {
 pub fn parse_metadata(payload: &[u8]) -> Result<Metadata> {
     let mut fields = Fields::new(payload);
     let mut metadata = Metadata::new();
-    let mut places: HashMap<String, usize> = HashMap::new();
+    let mut order: Vec<u16> = Vec::new(); // places in `metadata`, by key
     for _ in 0..fields.u16()? {
         let length = fields.u8()?;
         let key = fields.text(length.into())?;
         let length = fields.u32()?;
         let value = fields.text(length as usize)?;
-        if let Some(&place) = places.get(&key) {
-            metadata[place].1 = value;
-        } else {
-            places.insert(key.clone(), metadata.len());
-            metadata.push((key, value));
+        match order.binary_search_by(|&place| metadata[usize::from(place)].0.cmp(&key)) {
+            Ok(found) => metadata[usize::from(order[found])].1 = value,
+            Err(place) => {
+                order.insert(place, metadata.len() as u16);
+                metadata.push((key, value));
+            }
         }
     }
     fields.end()?;
