@@ -69,6 +69,16 @@ fn payloads_are_rebuilt_from_their_records() {
 }
 
 #[test]
+fn of_metadata_with_the_same_key_the_last_entry_counts() {
+    let entry = |place: u32| ((place * 7919 % 101).to_string(), place.to_string());
+    let payload = wire::build_metadata(&(0..1000).map(entry).collect::<Vec<_>>()).expect("it fits");
+    let entries = wire::parse_metadata(&payload).expect("it is right");
+    let last = |place: u32| place + (999 - place) / 101 * 101; // with the same key
+    let due: Vec<_> = (0..101).map(|place| (entry(place).0, last(place).to_string())).collect();
+    assert_eq!(entries, due);
+}
+
+#[test]
 fn streams_are_rebuilt_from_their_payloads() {
     let mut same = 0;
     for (name, stream) in streams() {
