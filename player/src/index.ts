@@ -8,6 +8,7 @@ export { Player } from "./player.js";
 export type { OpenOptions, PlayerOptions } from "./player-options.js";
 export type { PlayerEvents } from "./player-events.js";
 export type * from "./protocol.js";
+export type { AudioState } from "./sound.js";
 export { Splats } from "./splats.js";
 export type { Statistics } from "./statistics.js";
 export { StreamError } from "./stream-error.js";

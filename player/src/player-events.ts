@@ -24,10 +24,12 @@ export interface PlayerEvents {
   progress: { readonly bytes: number; readonly byteLength: number | null };
   /** The user or the program has changed the view. */
   view: null;
-  /** Speed or loop has been set. */
+  /** Speed, loop or a property of the sound has changed. */
   settings: null;
   /** The scene is now shown in a headset, or on the canvas again. */
   headset: { readonly isInHeadset: boolean };
+  /** The audio file cannot be played; the pictures go on. */
+  audioerror: { readonly message: string };
   error: PlayerFault;
 }
 

@@ -13,6 +13,7 @@ import { PlayerEventTarget } from "./player-events.js";
 import type { OpenOptions, PlayerOptions } from "./player-options.js";
 import { Playback } from "./playback.js";
 import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
+import { Sound, type AudioState } from "./sound.js";
 import { frameRate, Recorder, type Statistics } from "./statistics.js";
 import { makeFault } from "./stream-error.js";
 import { Controls } from "./view/controls.js";
@@ -27,6 +28,10 @@ export class Player extends PlayerEventTarget {
   readonly #viewer: Viewer;
   readonly #controls: Controls | null;
   readonly #headset: Headset;
+  readonly #sound = new Sound((failure) => {
+    this.dispatch("settings", null);
+    if (failure !== null) this.dispatch("audioerror", { message: failure });
+  });
   #recorder = new Recorder();
   readonly #pendingPromises = new PendingPromises();
   #requestedCamera: string | null = null;
@@ -129,6 +134,7 @@ export class Player extends PlayerEventTarget {
     this.pause();
     this.#controls?.dispose();
     this.#headset.dispose();
+    this.#sound.dispose();
     this.#playback.close();
     this.#stage.dispose();
     this.#pendingPromises.close(makeFault("player", "the player was disposed"));
@@ -215,6 +221,47 @@ export class Player extends PlayerEventTarget {
     if (!(speed > 0 && Number.isFinite(speed))) throw new RangeError(`the speed ${speed} is not positive`);
     this.#playback.speed = speed;
     this.dispatch("settings", null);
+  }
+
+  /** Address of an audio file that plays in sync with the pictures; null for none. */
+  get audio(): string | null {
+    return this.#sound.url;
+  }
+
+  set audio(url: string | null) {
+    this.#sound.url = url;
+  }
+
+  /** Time in the audio file of the frame with ordinal 0, seconds; may be negative. */
+  get audioStart(): number {
+    return this.#sound.start;
+  }
+
+  set audioStart(seconds: number) {
+    this.#sound.start = seconds;
+    this.dispatch("settings", null);
+  }
+
+  /** Whether there is audio, whether the browser blocks it until the next click or key, and whether it has failed. */
+  get audioState(): AudioState {
+    return this.#sound.state;
+  }
+
+  get muted(): boolean {
+    return this.#sound.element.muted;
+  }
+
+  set muted(muted: boolean) {
+    this.#sound.element.muted = muted;
+  }
+
+  /** Volume of the audio, from 0 to 1. */
+  get volume(): number {
+    return this.#sound.element.volume;
+  }
+
+  set volume(volume: number) {
+    this.#sound.element.volume = volume;
   }
 
   /** Statistics of the current frame and of playback; null before the first frame. */
@@ -320,8 +367,18 @@ export class Player extends PlayerEventTarget {
     if (packet.isPreview) return this.dispatch("preview", null);
     this.#recorder.add(packet, cost);
     this.#pendingPromises.resolveOpen(info);
+    this.#followPicture();
     this.dispatch("frame", { frame: packet.frame });
     this.#handleStateChange();
+  }
+
+  /** Let the sound follow the picture. */
+  #followPicture(): void {
+    const { info, frame, speed } = this;
+    if (info === null || frame === null) return;
+    const durationSeconds = 1 / frameRate(info);
+    const isPlaying = this.isPlaying && !this.#playback.isSeeking;
+    this.#sound.follow({ seconds: frame * durationSeconds, durationSeconds, speed, isPlaying });
   }
 
   #handleStateChange(): void {
@@ -329,6 +386,7 @@ export class Player extends PlayerEventTarget {
     if (!isSeeking && frame !== null) this.#pendingPromises.resolveSeeks(frame);
     if (isPlaying !== this.#wasPlaying) {
       this.#wasPlaying = isPlaying;
+      this.#followPicture();
       this.dispatch(isPlaying ? "play" : "pause", null);
     }
     if (isWaiting !== this.#wasWaiting) {

@@ -14,7 +14,10 @@ import { decodePng, type Pixels } from "./png.js";
 import { readPlayerFile, readRoom, StreamServer, type ServerOptions } from "./server.js";
 
 const BROWSER_NAMES = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"];
-const BROWSER_ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"];
+const BROWSER_ARGUMENTS = [
+  ...["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--js-flags=--expose-gc"],
+  "--autoplay-policy=no-user-gesture-required", // otherwise sound depends on what a test has done before
+];
 const TIMEOUT_MS = 60_000; // CI machines are slow, and share their processors
 
 /** Screen pixels per CSS pixel, because software draws small pictures faster. */

@@ -96,14 +96,24 @@ export class StreamServer {
   async #respond(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = (request.url ?? "").replace(/\?.*/, "");
     if (path === "/stream.quarc") await this.#respondWithStream(request, response);
-    else this.#respondWithFile(path, response);
+    else this.#respondWithFile(path, request, response);
   }
 
-  #respondWithFile(path: string, response: ServerResponse): void {
+  #respondWithFile(path: string, request: IncomingMessage, response: ServerResponse): void {
     const file = this.#options.files?.[path];
+    if (path.endsWith(".wav") && file !== undefined) return this.#respondWithAudio(Buffer.from(file), request, response);
     const type = CONTENT_TYPES[path.split(".").at(-1) ?? ""] ?? "text/html; charset=utf-8";
     if (file === undefined) response.writeHead(path === "/favicon.ico" ? 204 : 404).end();
     else response.writeHead(200, { "Content-Type": type }).end(file);
+  }
+
+  /** Browsers seek in audio only if the server supports ranges. */
+  #respondWithAudio(file: Buffer, request: IncomingMessage, response: ServerResponse): void {
+    const rangeMatch = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
+    response.setHeader("Content-Type", "audio/wav");
+    if (rangeMatch === null || this.#options.supportsRanges === false) return void response.writeHead(200).end(file);
+    const [begin, last] = [Number(rangeMatch[1]), Number(rangeMatch[2] || file.length - 1)];
+    response.writeHead(206, { "Content-Range": `bytes ${begin}-${last}/${file.length}` }).end(file.subarray(begin, last + 1));
   }
 
   async #respondWithStream(request: IncomingMessage, response: ServerResponse): Promise<void> {

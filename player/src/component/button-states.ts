@@ -1,5 +1,6 @@
 /** Shows states of the player on its buttons. */
 
+import type { Player } from "../player.js";
 import { ICONS } from "./icons.js";
 import { SPEEDS } from "./layout.js";
 
@@ -7,11 +8,22 @@ const LIVE_TOLERANCE_S = 1; // a live stream arrives in pieces, so the picture i
 
 /** Show on the play button whether it plays or pauses. */
 export function showPlaying(button: HTMLButtonElement, isPlaying: boolean): void {
-  const label = isPlaying ? "Pause" : "Play";
+  if (isPlaying) showAction(button, ICONS.pause, "Pause", "Space");
+  else showAction(button, ICONS.play, "Play", "Space");
+}
+
+/** Show on the mute button whether there is sound; without audio, the button is hidden. */
+export function showSound(button: HTMLButtonElement, { audioState, muted }: Player): void {
+  button.hidden = audioState === "none" || audioState === "failed";
+  if (muted || audioState === "blocked") showAction(button, ICONS.silence, "Unmute", "M");
+  else showAction(button, ICONS.sound, "Mute", "M");
+}
+
+function showAction(button: HTMLButtonElement, icon: string, label: string, key: string): void {
   if (button.ariaLabel === label) return; // replacing the icon during a press would lose the click
-  button.innerHTML = isPlaying ? ICONS.pause : ICONS.play;
+  button.innerHTML = icon;
   button.ariaLabel = label;
-  button.title = `${label} (Space)`;
+  button.title = `${label} (${key})`;
 }
 
 /** Show on the live button how many seconds the picture is behind the newest frame, if more than LIVE_TOLERANCE_S. */

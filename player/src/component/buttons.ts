@@ -29,6 +29,7 @@ function listActions(session: Session): Readonly<Record<ButtonName, () => void>>
       void player.seekToLiveEdge();
       player.play();
     },
+    mute: () => (player.muted = !player.muted && player.audioState !== "blocked"), // a press ends the blocking
     flip: () => player.flip(),
     statistics: () => session.toggleStatistics(),
     headset: () => session.toggleHeadset(),
@@ -42,6 +43,7 @@ const KEYS: Readonly<Record<string, ButtonName>> = {
   ",": "back",
   ".": "forward",
   l: "loop",
+  m: "mute",
   u: "flip",
   i: "statistics",
   v: "headset",

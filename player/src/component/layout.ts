@@ -12,6 +12,7 @@ const BUTTONS = {
   forward: ["forward", "One frame forward", "."],
   loop: ["loop", "Loop", "L"],
   live: ["live", "Jump to the newest frame", "End"],
+  mute: ["sound", "Mute", "M"],
   flip: ["flip", "Turn upside down", "U"],
   statistics: ["statistics", "Statistics", "I"],
   headset: ["headset", "Show in a headset", "V"],
@@ -39,7 +40,7 @@ export interface Layout {
 
 const makeButton = (name: ButtonName): string => {
   const [icon, label, key] = BUTTONS[name];
-  const attributes = { play: ' class="main"', headset: " hidden" }[name as string] ?? "";
+  const attributes = { play: ' class="main"', headset: " hidden", mute: " hidden" }[name as string] ?? "";
   return `<button type="button" id="${name}"${attributes} title="${label} (${key})" aria-label="${label}">${ICONS[icon]}</button>`;
 };
 
@@ -58,7 +59,7 @@ const TEMPLATE = `<style>${STYLE}</style>
   <div class="bar">
     <div class="timeline"><canvas></canvas><input type="range" min="0" max="0" value="0" step="1" aria-label="Frame"></div>
     <div class="row">
-      ${makeButton("play")}${makeButton("back")}${makeButton("forward")}${makeButton("loop")}${makeButton("live")}
+      ${makeButton("play")}${makeButton("back")}${makeButton("forward")}${makeButton("loop")}${makeButton("live")}${makeButton("mute")}
       <span class="time"></span><span class="gap"></span>
       <select id="camera" aria-label="Camera" title="Camera (1 to 9)"></select>
       <select id="speed" aria-label="Speed" title="Speed (&lt; and &gt;)">${speedOptions}</select>

@@ -17,7 +17,7 @@ import { describeFault } from "./faults.js";
 import { Session } from "./session.js";
 
 export class QuarcPlayer extends HTMLElement {
-  static readonly observedAttributes = ["src", "loop", "camera", "speed", "up"];
+  static readonly observedAttributes = ["src", "loop", "camera", "speed", "up", "audio", "audio-start", "muted"];
 
   readonly #root = this.attachShadow({ mode: "open" });
   #session: Session | null = null;
@@ -32,7 +32,7 @@ export class QuarcPlayer extends HTMLElement {
       this.#showFault(error.message);
       return;
     }
-    for (const name of ["loop", "speed", "up"]) this.attributeChangedCallback(name);
+    for (const name of ["loop", "speed", "up", "audio", "audio-start", "muted"]) this.attributeChangedCallback(name);
     this.#open();
   }
 
@@ -50,6 +50,9 @@ export class QuarcPlayer extends HTMLElement {
     else if (name === "loop") player.loop = this.hasAttribute("loop");
     else if (name === "speed") player.speed = parseSpeed(this.getAttribute("speed"));
     else if (name === "up") player.up = AXES.find((axis) => axis === this.getAttribute("up")) ?? null;
+    else if (name === "audio") player.audio = this.getAttribute("audio");
+    else if (name === "audio-start") player.audioStart = Number(this.getAttribute("audio-start")) || 0;
+    else if (name === "muted") player.muted = this.hasAttribute("muted");
     else if (name === "camera") player.camera = this.getAttribute("camera");
     this.#session?.refresh();
   }

@@ -6,7 +6,7 @@ import type { PlayerEvents } from "../player-events.js";
 import type { FramePacket, PlayerFault, StreamInfo, StreamSource } from "../protocol.js";
 import { frameRate } from "../statistics.js";
 import { hasHeadset } from "../vr/headset.js";
-import { showLive, showPlaying, showSpeed } from "./button-states.js";
+import { showLive, showPlaying, showSound, showSpeed } from "./button-states.js";
 import { describeFault } from "./faults.js";
 import { describeLoading, listStatistics } from "./format.js";
 import { createLayout, type Layout } from "./layout.js";
@@ -15,7 +15,7 @@ import { Timeline } from "./timeline.js";
 const WAITING_DELAY_MS = 400; // before the waiting indicator is shown
 const FORWARDED_EVENTS: readonly (keyof PlayerEvents)[] = [
   ...(["info", "preview", "frame", "play", "pause", "ended"] as const),
-  ...(["waiting", "progress", "view", "liveedge", "settings", "headset", "error"] as const),
+  ...(["waiting", "progress", "view", "liveedge", "settings", "headset", "audioerror", "error"] as const),
 ];
 
 export class Session {
@@ -108,6 +108,7 @@ export class Session {
     canvas.addEventListener("pointerdown", () => (poster.hidden = true)); // the poster does not follow the view
     player.addEventListener("progress", ({ detail }) => this.#showLoading(detail.bytes, detail.byteLength));
     player.addEventListener("error", ({ detail }) => this.#showFault(detail));
+    player.addEventListener("audioerror", ({ detail }) => console.warn(detail.message)); // the pictures go on
     for (const type of ["play", "pause"] as const) {
       player.addEventListener(type, () => this.#host.toggleAttribute("playing", player.isPlaying));
     }
@@ -212,6 +213,7 @@ export class Session {
     const isLive = info?.isLive === true && player.endFrame === null;
     layout.buttons.live.hidden = !isLive;
     layout.buttons.loop.hidden = isLive; // a live stream has no end at which to loop
+    showSound(layout.buttons.mute, player);
     showLive(layout.buttons.live, player.latency);
     layout.buttons.statistics.ariaPressed = String(!layout.statisticsPanel.hidden);
     if (!layout.statisticsPanel.hidden) this.#listStatistics();
