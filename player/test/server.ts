@@ -27,6 +27,8 @@ export interface ServerOptions {
   readonly unknownSizePartBytes?: number | null;
   /** Number of bytes of each response after which the server breaks the connection. */
   readonly breakAfterBytes?: number;
+  /** Number of bytes of each response after which the server sends nothing more, but keeps the connection open. */
+  readonly stallAfterBytes?: number;
   /** Status with which the server answers every request for the stream; null for normal answers. */
   readonly status?: number | null;
   /** Whether pages of other origins may request the stream. */
@@ -117,8 +119,8 @@ export class StreamServer {
   }
 
   async #respondWithStream(request: IncomingMessage, response: ServerResponse): Promise<void> {
-    const { status = null, supportsRanges = true, breakAfterBytes = Infinity } = this.#options;
-    const { unknownSizePartBytes = null } = this.#options;
+    const { status = null, supportsRanges = true, unknownSizePartBytes = null } = this.#options;
+    const { breakAfterBytes = Infinity, stallAfterBytes = Infinity } = this.#options;
     const size = this.#stream.length;
     const rangeMatch = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "");
     this.requests.push(request.headers.range ?? "");
@@ -139,7 +141,8 @@ export class StreamServer {
     const body = this.#stream.subarray(begin, end);
     const range = { "Content-Range": `bytes ${begin}-${end - 1}/${unknownSizePartBytes === null ? size : "*"}` };
     response.writeHead(isPartial ? 206 : 200, { "Content-Length": body.length, ...(isPartial ? range : {}) });
-    await this.#send(body.subarray(0, breakAfterBytes), begin, response);
+    await this.#send(body.subarray(0, Math.min(breakAfterBytes, stallAfterBytes)), begin, response);
+    if (stallAfterBytes < body.length) return;
     if (breakAfterBytes < body.length) setTimeout(() => response.destroy(), 5);
     else response.end();
   }

@@ -3,7 +3,10 @@
 import type { StreamSource } from "../protocol.js";
 
 const MAX_RETRIES = 4; // consecutive failures without a received byte or a complete response
+const MAX_LIVE_RETRIES = 20; // of a live stream that has been received before: about a minute
 const RETRY_PAUSE_MS = 100;
+const MAX_RETRY_PAUSE_MS = 3200;
+const STALL_MS = 15_000; // without a byte, after which a connection counts as broken
 const LIVE_POLL_MS = 500;
 
 /** A stream cannot be received. */
@@ -35,6 +38,7 @@ export class HttpSource {
 
   /** Read the bytes from an offset to the end of the stream; a live stream is read as it grows. */
   async *read(offset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
+    if (!isAddress(this.#url)) this.#fail("the address is invalid"); // which `fetch` reports like a broken connection
     let nextOffset = offset;
     for (let failures = 0; ; ) {
       try {
@@ -49,8 +53,9 @@ export class HttpSource {
         else if (this.size !== null || nextOffset === firstOffset) return;
       } catch (error) {
         if (signal.aborted || error instanceof NetworkError) throw error;
-        if (++failures > MAX_RETRIES) this.#fail(String(error));
-        await sleep(RETRY_PAUSE_MS * 2 ** failures, signal);
+        const maxRetries = this.isLive && this.size !== null ? MAX_LIVE_RETRIES : MAX_RETRIES;
+        if (++failures > maxRetries) this.#fail(String(error));
+        await sleep(Math.min(MAX_RETRY_PAUSE_MS, RETRY_PAUSE_MS * 2 ** failures), signal);
       }
     }
   }
@@ -58,13 +63,18 @@ export class HttpSource {
   /** Send a request, and read the bytes of its response from an offset onwards. */
   async *#readResponse(requestedOffset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     const headers = { ...this.#headers, Range: `bytes=${requestedOffset}-` };
-    const response = await fetch(this.#url, { headers, signal, cache: this.isLive ? "no-store" : "no-cache" });
-    const reader = response.body?.getReader();
+    const cache = this.isLive ? "no-store" : "no-cache";
+    const request = new AbortController();
+    const abort = (): void => request.abort(signal.reason);
+    signal.throwIfAborted();
+    signal.addEventListener("abort", abort);
     try {
+      const response = await this.#unlessStalled(fetch(this.#url, { headers, signal: request.signal, cache }), request);
       let offset = this.#findBodyOffset(response, requestedOffset);
+      const reader = response.body?.getReader();
       if (reader === undefined || offset === null) return;
       for (;;) {
-        const { done, value } = await reader.read();
+        const { done, value } = await this.#unlessStalled(reader.read(), request, offset);
         if (done) break;
         const skippedBytes = Math.min(value.length, Math.max(0, requestedOffset - offset));
         if (skippedBytes < value.length) yield { offset: offset + skippedBytes, bytes: value.subarray(skippedBytes) };
@@ -74,8 +84,20 @@ export class HttpSource {
       // A complete response ends at the end of the stream, unless it is a part of a stream of unknown size.
       if (this.isLive || !response.headers.get("Content-Range")?.endsWith("*")) this.size = offset;
     } finally {
-      void reader?.cancel().catch(() => undefined);
+      signal.removeEventListener("abort", abort);
+      request.abort();
     }
+  }
+
+  /**
+   * Resolve or reject like a step of a request, but abort the request if it stalls. A live stream may wait for bytes at
+   * its end as long as it likes.
+   */
+  #unlessStalled<T>(step: Promise<T>, request: AbortController, offset = Infinity): Promise<T> {
+    if (this.isLive && offset >= (this.size ?? 0)) return step;
+    const stall = new TypeError(`no byte arrived for ${STALL_MS / 1000} s`);
+    const timer = setTimeout(() => request.abort(stall), STALL_MS);
+    return step.finally(() => clearTimeout(timer));
   }
 
   /** Find the offset of a response's body; return null if the stream ends before `requestedOffset`. */
@@ -114,6 +136,14 @@ export class HttpSource {
   #fail(message: string): never {
     const name = this.#url.startsWith("data:") ? "the stream in the page" : this.#url;
     throw new NetworkError(`${name}: ${message}`);
+  }
+}
+
+function isAddress(url: string): boolean {
+  try {
+    return new URL(url).protocol !== "";
+  } catch {
+    return false;
   }
 }
 
