@@ -9,11 +9,11 @@
 import type { PixelFormat } from "./draw/picture.js";
 import { Stage, type FrameCost } from "./draw/stage.js";
 import { PendingPromises } from "./pending.js";
-import { PlayerEventTarget } from "./player-events.js";
 import type { OpenOptions, PlayerOptions } from "./player-options.js";
+import { PlayerState } from "./player-state.js";
 import { Playback } from "./playback.js";
 import type { CaptureCamera, FramePacket, PlayerFault, StreamInfo, StreamSource } from "./protocol.js";
-import { Sound, type AudioState } from "./sound.js";
+import { Sound } from "./sound.js";
 import { frameRate, Recorder, type Statistics } from "./statistics.js";
 import { makeFault } from "./stream-error.js";
 import { Controls } from "./view/controls.js";
@@ -22,7 +22,7 @@ import { Viewer } from "./view/viewer.js";
 import { Headset } from "./vr/headset.js";
 import { makeDecoder, makeSorter } from "./workers.js";
 
-export class Player extends PlayerEventTarget {
+export class Player extends PlayerState {
   readonly #stage: Stage;
   readonly #playback: Playback;
   readonly #viewer: Viewer;
@@ -96,8 +96,7 @@ export class Player extends PlayerEventTarget {
 
   /** Seek to a time, in seconds from the first frame. Resolves and rejects like `setFrame`. */
   seek(seconds: number): Promise<number | null> {
-    const { info } = this;
-    return this.setFrame(info === null ? seconds : info.firstFrame + Math.floor(seconds * frameRate(info) + 1e-6));
+    return this.setFrame(this.findFrame(seconds));
   }
 
   /**
@@ -140,128 +139,9 @@ export class Player extends PlayerEventTarget {
     this.#pendingPromises.close(makeFault("player", "the player was disposed"));
   }
 
-  /** The description of the stream; null before its first frame. */
-  get info(): StreamInfo | null {
-    return this.#playback.extent.info;
-  }
-
-  /** Ordinal of the frame that is shown; null before the first frame is shown. */
-  get frame(): number | null {
-    return this.#playback.frame;
-  }
-
-  /** Ordinal of the frame that is shown or, during a seek, of the seek's target. */
-  get targetFrame(): number | null {
-    return this.#playback.target;
-  }
-
-  /** Ordinal after the last frame; null if unknown. */
-  get endFrame(): number | null {
-    return this.#playback.extent.endFrame;
-  }
-
-  /** Ordinal after the last decoded frame. */
-  get bufferedTo(): number {
-    return this.#playback.bufferedTo;
-  }
-
-  /** Seconds from the first frame to the current frame. */
-  get currentTime(): number {
-    const { info, frame } = this;
-    return info === null || frame === null ? 0 : (frame - info.firstFrame) / frameRate(info);
-  }
-
-  /** Seconds from the first frame to the end; null while the end is unknown. */
-  get duration(): number | null {
-    const { info, endFrame } = this;
-    return info === null || endFrame === null ? null : (endFrame - info.firstFrame) / frameRate(info);
-  }
-
-  /** Ordinal of the newest frame of a live stream; null if unknown, and after the stream has ended. */
-  get liveEdge(): number | null {
-    return this.#playback.extent.liveEdge;
-  }
-
-  /** Seconds from the current frame to the newest frame of a live stream; null if `liveEdge` is null. */
-  get latency(): number | null {
-    const { info } = this;
-    const { framesBehind } = this.#playback;
-    return info === null || framesBehind === null ? null : framesBehind / frameRate(info);
-  }
-
-  get isPlaying(): boolean {
-    return this.#playback.isPlaying;
-  }
-
   /** Whether the last error has stopped playback. */
   get isStoppedByError(): boolean {
     return this.#isStoppedByError;
-  }
-
-  /** Whether playback waits for frames. */
-  get isWaiting(): boolean {
-    return this.#playback.isWaiting;
-  }
-
-  get loop(): boolean {
-    return this.#playback.isLooping;
-  }
-
-  set loop(loop: boolean) {
-    this.#playback.isLooping = loop;
-    this.dispatch("settings", null);
-  }
-
-  /** Speed of playback; 1 is the speed of the capture. */
-  get speed(): number {
-    return this.#playback.speed;
-  }
-
-  set speed(speed: number) {
-    if (!(speed > 0 && Number.isFinite(speed))) throw new RangeError(`the speed ${speed} is not positive`);
-    this.#playback.speed = speed;
-    this.dispatch("settings", null);
-  }
-
-  /** Address of an audio file that plays in sync with the pictures; null for none. */
-  get audio(): string | null {
-    return this.#sound.url;
-  }
-
-  set audio(url: string | null) {
-    this.#sound.url = url;
-  }
-
-  /** Time in the audio file of the frame with ordinal 0, seconds; may be negative. */
-  get audioStart(): number {
-    return this.#sound.start;
-  }
-
-  set audioStart(seconds: number) {
-    this.#sound.start = seconds;
-    this.dispatch("settings", null);
-  }
-
-  /** Whether there is audio, whether the browser blocks it until the next click or key, and whether it has failed. */
-  get audioState(): AudioState {
-    return this.#sound.state;
-  }
-
-  get muted(): boolean {
-    return this.#sound.element.muted;
-  }
-
-  set muted(muted: boolean) {
-    this.#sound.element.muted = muted;
-  }
-
-  /** Volume of the audio, from 0 to 1. */
-  get volume(): number {
-    return this.#sound.element.volume;
-  }
-
-  set volume(volume: number) {
-    this.#sound.element.volume = volume;
   }
 
   /** Statistics of the current frame and of playback; null before the first frame. */
@@ -285,6 +165,7 @@ export class Player extends PlayerEventTarget {
     this.#requestedCamera = name;
     const { cameras, cameraIndex } = this.#viewer;
     this.#viewer.lookThrough(name === null ? cameraIndex : cameras.findIndex((camera) => camera.name === name));
+    this.#headset.placeAgain();
   }
 
   /** The axis that points up, about which the view orbits; null for the up axis of the stream. */
@@ -294,11 +175,13 @@ export class Player extends PlayerEventTarget {
 
   set up(axis: Axis | null) {
     this.#viewer.axis = axis;
+    this.#headset.placeAgain();
   }
 
   /** Turn the scene upside down by negating the up vector. */
   flip(): void {
     this.#viewer.flip();
+    this.#headset.placeAgain();
   }
 
   /** Whether the scene is shown in a headset instead of on the canvas. */
@@ -336,6 +219,14 @@ export class Player extends PlayerEventTarget {
   /** Set a function that is called with every decoded packet, before the packet is shown. */
   onDecoded(listener: (packet: FramePacket) => void): void {
     this.#decodedListener = listener;
+  }
+
+  protected override get playback(): Playback {
+    return this.#playback;
+  }
+
+  protected override get sound(): Sound {
+    return this.#sound;
   }
 
   /** Resolves to the ordinal of the frame that the current seek or step shows; at once if none is in progress. */

@@ -6,7 +6,7 @@ import { test } from "node:test";
 import { eyeAxis, eyeCenter, type Eye, type Vector } from "../src/draw/eye.js";
 import { type Pose } from "../src/view/pose.js";
 import { eyeFromView, moveHeadset, placeHeadset, turnHeadset } from "../src/vr/placement.js";
-import { browserTest, PlayerPage } from "./browser.js";
+import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import { type Pixels } from "./png.js";
 
 const UP: Vector = [0, 1, 0];
@@ -152,6 +152,22 @@ browserTest("a headset shows the scene to two eyes, its trigger plays, and its s
   await deflect(page, "left", 0, 0);
   await deflect(page, "right", -0.9, 0); // turn to the left
   await waitForBalls(page, (left) => left.count === 0 || left.x > x + 20);
+  await deflect(page, "right", 0, 0);
+
+  // A camera and the up vector can also be chosen in the headset.
+  await page.run(({ player }) => (player!.camera = "front"));
+  const [{ x: upright }] = await waitForBalls(page, (left) => Math.abs(left.count - count) < 0.05 * count);
+  const changes = [
+    ({ player }: PlayerElement) => (player!.up = "y"), // the up axis of the stream is -y
+    ({ player }: PlayerElement) => (player!.up = null),
+    ({ player }: PlayerElement) => player!.flip(),
+    ({ player }: PlayerElement) => player!.flip(),
+  ];
+  for (const [index, change] of changes.entries()) {
+    await page.run(change);
+    await waitForBalls(page, (left) => (index % 2 === 0 ? left.x < upright - 10 : Math.abs(left.x - upright) < 1));
+  }
+  await page.run(({ player }) => (player!.camera = "front"));
 
   await page.run(({ player }) => player?.leaveHeadset());
   await page.waitUntil(({ player }) => player?.isInHeadset === false);
@@ -175,9 +191,12 @@ browserTest("a headset can be left and entered at any time", async () => {
     const enterAgain = readError(player.enterHeadset());
     void player.leaveHeadset();
     void player.enterHeadset();
-    return [leftError, ...errors, isInHeadset, await enterAgain, changes.join()];
+    const againError = await enterAgain;
+    void player.leaveHeadset();
+    await player.enterHeadset();
+    return [leftError, ...errors, isInHeadset, againError, player.isInHeadset, changes.join()];
   });
-  assert.deepEqual(results, ["the headset was left", "none", "none", true, "none", "true,false,true"]);
+  assert.deepEqual(results, ["the headset was left", "none", "none", true, "none", true, "true,false,true,false,true"]);
   // The player is removed while the headset draws, and while it is entered.
   const error = await page.run(async (playerElement) => {
     const { player } = playerElement;

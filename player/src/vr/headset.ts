@@ -25,6 +25,7 @@ export class Headset {
   #session: XRSession | null = null;
   #placement: Placement | null = null;
   #entering: Promise<void> | null = null;
+  #leaving: Promise<void> | null = null;
   #isWanted = false; // the scene should be in the headset, or soon
   #isDisposed = false;
   #isTurning = false;
@@ -48,12 +49,13 @@ export class Headset {
   }
 
   /** Return to the page. */
-  async leave(): Promise<void> {
+  leave(): Promise<void> {
     this.#isWanted = false;
-    await this.#session?.end().catch(() => undefined); // it may have ended already
+    this.#leaving ??= this.#leave().finally(() => (this.#leaving = null));
+    return this.#leaving;
   }
 
-  /** Place the viewer again, because the scene is another. */
+  /** Place the viewer again, because the scene or the view is another. */
   placeAgain(): void {
     if (this.isActive) this.#placement = this.#viewer.placeHeadset() ?? this.#placement;
   }
@@ -69,7 +71,14 @@ export class Headset {
     void this.leave();
   }
 
+  async #leave(): Promise<void> {
+    const session = this.#session;
+    await session?.end().catch(() => undefined); // it may have ended already
+    if (session !== null) this.#handleEnd(session);
+  }
+
   async #enter(): Promise<void> {
+    if (this.#leaving !== null) await this.#leaving;
     if (this.isActive) return;
     if (this.#isDisposed) throw new DrawingError("the player was disposed");
     if (navigator.xr === undefined) throw new DrawingError("this browser has no WebXR, which pages have only over https");
