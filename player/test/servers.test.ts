@@ -66,13 +66,13 @@ browserTest("after a connection breaks, the missing bytes are requested", async 
 
 browserTest("a file that is replaced is reported as a network error, and can be opened again", async () => {
   await using page = await PlayerPage.open({
-    ...{ breakAfterBytes: 40_000, bitsPerSecond: 400_000 }, // the second request comes after the first frame
+    ...{ breakAfterBytes: 40_000, heldFrom: 35_000 }, // the second request comes after the file has been replaced
     expectedErrors: /ERR_(CONTENT_LENGTH_MISMATCH|INCOMPLETE_CHUNKED_ENCODING|CONNECTION_RESET)/,
   });
   await page.waitUntil((player) => player.frame === 0);
   const failed = page.run(({ player }) => player?.setFrame(23).catch(({ fault }: StreamError) => fault.message));
   page.server.grow(readVector("streams/journey"));
-  page.server.setOptions({ breakAfterBytes: Infinity });
+  page.server.setOptions({ breakAfterBytes: Infinity, heldFrom: Infinity });
   assert.match(String(await failed), /stream\.quarc: the file on the server has changed$/);
   assert.equal(await readText(page, ".fault h2"), "The stream cannot be loaded");
   await page.page.locator("quarc-player .fault button").click();
