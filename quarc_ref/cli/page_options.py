@@ -1,5 +1,7 @@
-"""Options that `view` and `publish` share: title and camera of the page."""
+"""Options that `view` and `publish` share: title, camera and audio of the page."""
 
+import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -9,6 +11,7 @@ from quarc_ref.cli.options import format_stream_name
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera
+    from quarc_ref.viewing.page import PageAudio
 
 Title = Annotated[
     str | None,
@@ -23,6 +26,49 @@ CameraName = Annotated[
         show_default="the first",
     ),
 ]
+AudioFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--audio",
+        metavar="FILE",
+        help="Audio file that plays in sync with the stream, or a video with such sound.",
+        show_default=False,
+    ),
+]
+AudioStart = Annotated[
+    float | None,
+    typer.Option(
+        "--audio-start",
+        metavar="SECONDS",
+        help="Time in the audio file of the frame with ordinal 0; in a video, the time after its "
+        "first picture. May be negative.",
+        show_default="0",
+    ),
+]
+
+
+def read_page_audio(path: Path | None, start: float | None) -> "PageAudio | None":
+    """Read the audio file of a page; return None if there is none.
+
+    Args:
+        path: Path of an audio file or a video; None for a page without audio.
+        start: Time in the file of the frame with ordinal 0, seconds; None for 0.
+
+    Raises:
+        UsageError: The options conflict, or the file cannot be the audio of a page.
+        CaptureError: The sound of the video cannot be read.
+    """
+    from quarc_ref.viewing.audio import AudioFileError, read_audio
+
+    if start is not None and (path is None or not math.isfinite(start)):
+        message = "--audio-start takes a number of seconds, and needs --audio"
+        raise UsageError(message)
+    if path is None:
+        return None
+    try:
+        return read_audio(path, start or 0.0)
+    except AudioFileError as error:
+        raise UsageError(str(error)) from error
 
 
 def make_page_title(stream_name: str) -> str:

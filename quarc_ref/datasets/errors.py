@@ -12,6 +12,7 @@
     │   └── StartError          the first requested frame is after the last frame
     ├── TruncatedVideoError     a video ends too early
     ├── UnreadableVideoError    a video or picture cannot be decoded
+    ├── NoSoundError            a video has no sound
     ├── MaskError               masks do not fit the pictures
     │   ├── MaskNameError       masks are not named after cameras
     │   ├── MaskSizeError       a mask and the pictures of its camera differ in size
@@ -78,6 +79,10 @@ class TruncatedVideoError(CaptureError):
 
 class UnreadableVideoError(CaptureError):
     """A video or a picture cannot be decoded."""
+
+
+class NoSoundError(CaptureError):
+    """A video has no sound."""
 
 
 class MaskError(CaptureError):

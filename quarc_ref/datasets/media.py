@@ -40,12 +40,27 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
         UnreadableVideoError: The path is not a regular file or not a supported video, or the
             pictures are too large.
     """
+    container = open_media(path)
+    return container, _prepare_stream(container, path)
+
+
+def open_media(path: Path) -> InputContainer:
+    """Open a file that has video or sound.
+
+    Args:
+        path: Path of an mp4, m4a, mov, mkv or webm file.
+
+    Raises:
+        MissingFileError: The file does not exist, or cannot be read.
+        TruncatedVideoError: The file ends before its frame table.
+        UnreadableVideoError: The path is not a regular file or not a supported video.
+    """
     _require_regular_file(path)
     # After "file:", FFmpeg interprets no part of a name. Demuxers that would open further files are
     # not allowed, and network protocols are disabled as well.
     options = {"format_whitelist": _DEMUXERS, "protocol_whitelist": "file", **_DECODER_LIMITS}
     try:
-        container = av.open(f"file:{path}", options=options)
+        return av.open(f"file:{path}", options=options)
     except av.EOFError as error:
         message = f"{path} is truncated (its frame table is missing): copy or export it again"
         raise TruncatedVideoError(message) from error
@@ -53,7 +68,6 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
         reason = error.strerror
         message = f"{path} cannot be opened as mp4, mov, mkv or webm ({reason}): export it again"
         raise UnreadableVideoError(message) from error
-    return container, _prepare_stream(container, path)
 
 
 def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFrame:

@@ -18,6 +18,23 @@ POSTER_FILE = "poster.jpg"
 
 
 @dataclass(frozen=True, slots=True)
+class PageAudio:
+    """An audio file that plays in sync with the stream.
+
+    Attributes:
+        data: The file.
+        name: Name of the file next to the page.
+        media_type: Its media type, such as `audio/mp4`.
+        start: Time in the file of the frame with ordinal 0, seconds; may be negative.
+    """
+
+    data: bytes
+    name: str
+    media_type: str
+    start: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class PageOptions:
     """Options of a page; all except `title` are attributes of `<quarc-player>`.
 
@@ -28,6 +45,7 @@ class PageOptions:
         autoplay: Whether to start playing immediately.
         loop: Whether to repeat the stream.
         live: Whether the stream is still being written.
+        audio: Audio that plays in sync with the stream; None for none.
     """
 
     title: str
@@ -36,6 +54,7 @@ class PageOptions:
     autoplay: bool = False
     loop: bool = False
     live: bool = False
+    audio: PageAudio | None = None
 
 
 def build_page(options: PageOptions, *, has_poster: bool = False, url: str | None = None) -> bytes:
@@ -49,11 +68,12 @@ def build_page(options: PageOptions, *, has_poster: bool = False, url: str | Non
     poster = POSTER_FILE if has_poster else None
     # Link previews need absolute URLs.
     preview = urljoin(url, POSTER_FILE) if has_poster and url is not None else None
-    return _build_page(options, _PageUrls(PLAYER_FILE, STREAM_FILE, poster, preview))
+    audio = options.audio.name if options.audio else None
+    return _build_page(options, _PageUrls(PLAYER_FILE, STREAM_FILE, poster, audio, preview))
 
 
 def build_single_page(options: PageOptions, stream: bytes, poster: bytes | None) -> bytes:
-    """Build the HTML of a page that contains player, stream and poster as data URLs.
+    """Build the HTML of a page that contains player, stream, poster and audio as data URLs.
 
     Browsers also open this page from a local file.
 
@@ -66,22 +86,25 @@ def build_single_page(options: PageOptions, stream: bytes, poster: bytes | None)
         _make_data_url("text/javascript", read_player()),
         _make_data_url("application/octet-stream", stream),
         _make_data_url("image/jpeg", poster) if poster else None,
+        _make_data_url(options.audio.media_type, options.audio.data) if options.audio else None,
     )
     return _build_page(options, urls)
 
 
 @dataclass(frozen=True, slots=True)
 class _PageUrls:
-    """URLs of what a page loads; those of poster and link preview are None if there is none."""
+    """URLs of what a page loads; None for a poster, audio or link preview that does not exist."""
 
     player: str
     stream: str
     poster: str | None
+    audio: str | None
     preview: str | None = None
 
 
 def _build_page(options: PageOptions, urls: _PageUrls) -> bytes:
     template = resources.files(__package__).joinpath("page.html").read_text("utf-8")
+    audio_start = round(options.audio.start, 3) if options.audio else 0
     player_attributes = {
         "src": urls.stream,
         "camera": options.camera,
@@ -89,6 +112,8 @@ def _build_page(options: PageOptions, urls: _PageUrls) -> bytes:
         "autoplay": options.autoplay,
         "loop": options.loop,
         "live": options.live,
+        "audio": urls.audio,
+        "audio-start": str(audio_start) if audio_start else None,
     }
     preview_metadata = {"og:type": "website", "og:title": options.title}
     if urls.preview is not None:

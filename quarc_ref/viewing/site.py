@@ -1,4 +1,4 @@
-"""Writes a page with player, stream and poster: a folder for any web server, or one HTML file."""
+"""Writes a page with player, stream, poster and audio: a folder for servers, or one HTML file."""
 
 import io
 from collections.abc import Callable
@@ -41,12 +41,14 @@ class Site:
         frame_count: Number of frames in the stream.
         stream_bytes: Size of the stream, bytes.
         poster_name: Name of the poster in the folder; None if there is none.
+        audio_name: Name of the audio file in the folder; None if there is none.
     """
 
     file_names: list[str]
     frame_count: int
     stream_bytes: int
     poster_name: str | None
+    audio_name: str | None
 
 
 def write_site(
@@ -74,10 +76,12 @@ def write_site(
     path = folder.path / STREAM_FILE
     with path.open("rb", buffering=0) as file:
         poster = draw_poster(FileSource(file))
+    audio = options.audio
     contents = {
         _PAGE_FILE: build_page(options, has_poster=poster is not None, url=url),
         PLAYER_FILE: read_player(),
         **({POSTER_FILE: poster} if poster else {}),
+        **({audio.name: audio.data} if audio else {}),
     }
     for name, data in contents.items():
         folder.write(name, data)
@@ -86,6 +90,7 @@ def write_site(
         frame_count,
         path.stat().st_size,
         POSTER_FILE if poster else None,
+        audio.name if audio else None,
     )
 
 
@@ -104,16 +109,18 @@ def write_single_page(
         draw_poster: Function that returns a JPEG file for a stream, or None to omit the poster.
 
     Raises:
-        SinglePageError: The stream has more than SINGLE_PAGE_LIMIT bytes.
+        SinglePageError: The stream or the audio file has more than SINGLE_PAGE_LIMIT bytes.
         BitstreamError: The stream is invalid; every chunk is checked.
         SourceError: The file, pipe or server cannot be read.
     """
+    if options.audio and len(options.audio.data) > SINGLE_PAGE_LIMIT:
+        raise SinglePageError(_describe_limit("the audio file"))
     copy = _LimitedBuffer()
     frame_count = copy_stream(source, copy)
     stream = copy.getvalue()
     poster = draw_poster(BytesSource(stream))
     sink.write(build_single_page(options, stream, poster))
-    return Site([], frame_count, len(stream), None)
+    return Site([], frame_count, len(stream), None, None)
 
 
 class _LimitedBuffer(io.BytesIO):
@@ -121,9 +128,12 @@ class _LimitedBuffer(io.BytesIO):
 
     def write(self, data: "ReadableBuffer", /) -> int:
         if self.tell() + memoryview(data).nbytes > SINGLE_PAGE_LIMIT:
-            message = (
-                f"a single page can contain at most {SINGLE_PAGE_LIMIT // 1_000_000} MB, and the "
-                "stream is larger: give the name of a folder"
-            )
-            raise SinglePageError(message)
+            raise SinglePageError(_describe_limit("the stream"))
         return super().write(data)
+
+
+def _describe_limit(name: str) -> str:
+    return (
+        f"a single page can contain at most {SINGLE_PAGE_LIMIT // 1_000_000} MB, and {name} is "
+        "larger: give the name of a folder"
+    )

@@ -10,6 +10,7 @@ from quarc_ref.viewing.page import read_player
 from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import run_piped
 from tests.small_streams import CAMERA
+from tests.sound_files import find_click, make_wav, write_video
 
 
 def test_a_folder_has_everything_that_a_page_needs(stream_file, tmp_path):
@@ -193,3 +194,65 @@ def test_a_folder_is_replaced_only_with_force(stream_file, tmp_path):
 
     assert [result.exit_code for result in (first_run, second_run, forced_run)] == [0, 2, 0]
     assert "<title>new</title>" in (tmp_path / "site" / "index.html").read_text("utf-8")
+
+
+def test_audio_is_copied_and_named_in_the_page(stream_file, tmp_path):
+    (tmp_path / "my sound.x").write_bytes(make_wav())
+    options = ["--audio", tmp_path / "my sound.x", "--audio-start", "-0.5"]
+    json_output = run_json("publish", stream_file, "-o", tmp_path / "site", *options)
+    page = (tmp_path / "site" / "index.html").read_text("utf-8")
+
+    assert json_output["audio"] == "audio.wav"
+    assert json_output["files"] == list_names(tmp_path / "site")
+    assert (tmp_path / "site" / "audio.wav").read_bytes() == make_wav()
+    assert 'audio="audio.wav" audio-start="-0.5">' in page
+
+
+def test_the_sound_of_a_video_is_extracted(stream_file, tmp_path):
+    write_video(tmp_path / "cam00.mp4", "aac")
+    json_output = run_json(
+        "publish", stream_file, "-o", tmp_path / "site", "--audio", tmp_path / "cam00.mp4"
+    )
+
+    assert json_output["audio"] == "audio.m4a"
+    assert find_click((tmp_path / "site" / "audio.m4a").read_bytes())[0] == "aac"
+
+
+def test_a_single_page_contains_the_audio(stream_file, tmp_path):
+    (tmp_path / "a.wav").write_bytes(make_wav())
+    json_output = run_json(
+        "publish", stream_file, "-o", tmp_path / "page.html", "--audio", tmp_path / "a.wav"
+    )
+
+    assert (json_output["audio"], json_output["files"]) == (None, ["page.html"])
+    assert _find_data((tmp_path / "page.html").read_text("utf-8"), "audio/wav") == make_wav()
+
+
+def test_an_audio_file_that_is_too_large_for_a_single_page_is_rejected(
+    stream_file, tmp_path, monkeypatch
+):
+    (tmp_path / "a.wav").write_bytes(make_wav(seconds=10))
+    monkeypatch.setattr("quarc_ref.viewing.site.SINGLE_PAGE_LIMIT", 100_000)
+    result = run(
+        "publish", stream_file, "-o", tmp_path / "page.html", "--audio", tmp_path / "a.wav"
+    )
+
+    assert result.exit_code == 2
+    assert "the audio file is larger" in result.stderr
+    assert not (tmp_path / "page.html").exists()
+
+
+def test_a_file_that_is_no_audio_and_a_start_without_audio_are_rejected(stream_file, tmp_path):
+    write_video(tmp_path / "silent.mp4", None, seconds=1)
+    for options, exit_code, message in [
+        (["--audio", stream_file], 2, "is neither an audio file"),
+        (["--audio", tmp_path / "missing.wav"], 2, "does not exist"),
+        (["--audio", tmp_path / "silent.mp4"], 3, "has no sound"),
+        (["--audio-start", 1], 2, "needs --audio"),
+        (["--audio", stream_file, "--audio-start", "nan"], 2, "a number of seconds"),
+    ]:
+        result = run("publish", stream_file, "-o", tmp_path / "site", *options)
+
+        assert result.exit_code == exit_code
+        assert message in result.stderr
+        assert not (tmp_path / "site").exists()

@@ -14,6 +14,7 @@ from quarc_ref.viewing.page import read_player
 from quarc_ref.viewing.server import Server
 from tests.cli.commands import read_json, run
 from tests.cli.processes import SLOW_ENCODER, start
+from tests.sound_files import make_wav
 
 
 @contextmanager
@@ -63,6 +64,18 @@ def test_options_are_written_into_the_page(stream_file):
 
     assert '<quarc-player src="stream.quarc" camera="cam00" up="-z">' in page
     assert "<title>Toys</title>" in page
+
+
+def test_audio_is_served(stream_file, tmp_path):
+    (tmp_path / "a.wav").write_bytes(make_wav())
+    with _open_viewer(stream_file, "--audio", tmp_path / "a.wav", "--audio-start", 2) as (
+        _,
+        output,
+    ):
+        page = _fetch(output["url"]).decode()
+
+        assert 'audio="audio.wav" audio-start="2.0">' in page
+        assert _fetch(f"{output['url']}audio.wav", Range="bytes=4-9") == make_wav()[4:10]
 
 
 def test_a_growing_stream_is_followed(tmp_path):

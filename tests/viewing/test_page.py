@@ -2,7 +2,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from quarc_ref.viewing.page import PageOptions, build_iframe, build_page, read_player
+from quarc_ref.viewing.page import PageAudio, PageOptions, build_iframe, build_page, read_player
 
 
 class PageElements(HTMLParser):
@@ -46,6 +46,18 @@ def test_the_player_has_the_requested_attributes():
 def test_an_attribute_that_is_not_requested_is_left_out():
     assert _build_and_parse(PageOptions("t")).attributes["quarc-player"] == [
         {"src": "stream.quarc"}
+    ]
+
+
+@pytest.mark.parametrize(
+    ("start", "attribute"),
+    [(0.0, {}), (1e-9, {}), (2.0, {"audio-start": "2.0"}), (-1 / 3, {"audio-start": "-0.333"})],
+)
+def test_the_player_knows_the_audio_and_its_start(start, attribute):
+    audio = PageAudio(b"", "audio.mp3", "audio/mpeg", start)
+
+    assert _build_and_parse(PageOptions("t", audio=audio)).attributes["quarc-player"] == [
+        {"src": "stream.quarc", "audio": "audio.mp3", **attribute}
     ]
 
 

@@ -12,7 +12,15 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, StreamName, UpAxis
 from quarc_ref.cli.output import escape_controls, print_fields, print_json, print_message
-from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
+from quarc_ref.cli.page_options import (
+    AudioFile,
+    AudioStart,
+    CameraName,
+    Title,
+    choose_initial_camera,
+    make_page_title,
+    read_page_audio,
+)
 from quarc_ref.cli.targets import open_output_file, written_folder
 from quarc_ref.inspection.wording import format_count
 
@@ -48,6 +56,8 @@ def publish(
         bool, typer.Option("--autoplay", help="Start playing when the page opens.")
     ] = False,
     loop: Annotated[bool, typer.Option("--loop", help="Play in a loop.")] = False,
+    audio: AudioFile = None,
+    audio_start: AudioStart = None,
     url: Annotated[
         str | None,
         typer.Option(
@@ -80,7 +90,9 @@ def publish(
             page_url = _normalize_url(url, is_single=is_single)
         else:
             page_url = _make_local_url(output, is_single=is_single)
-        options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
+        sound = read_page_audio(audio, audio_start)
+        page_title = title or make_page_title(file)
+        options = PageOptions(page_title, camera, up, autoplay, loop, audio=sound)
         with open_source(file) as source:
             poster_camera = choose_initial_camera(read_cameras(source), camera)
 
@@ -193,9 +205,10 @@ def _print_result(
             "frames": site.frame_count,
             "bytes": site.stream_bytes,
             "poster": site.poster_name,
+            "audio": site.audio_name,
             "iframe": iframe,
         }
-        print_json("publish/2", document)
+        print_json("publish/3", document)
         return
     rows = {"stream": f"{format_count(site.frame_count, 'frame')}, {site.stream_bytes:,} bytes"}
     if is_single:
@@ -203,6 +216,7 @@ def _print_result(
         rows["to try it"] = "open it in a browser"
     else:
         rows["poster"] = site.poster_name or "none"
+        rows["audio"] = site.audio_name or "none"
         rows["to try it"] = f"python3 -m http.server --directory {shlex.quote(str(output))}"
     print_fields(str(output), rows)
     sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # one line, so that it can be copied

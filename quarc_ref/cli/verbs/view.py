@@ -20,7 +20,15 @@ from quarc_ref.cli.following import (
 )
 from quarc_ref.cli.options import STANDARD_STREAM, AsJson, UpAxis, format_stream_name
 from quarc_ref.cli.output import print_fields, print_json, print_message
-from quarc_ref.cli.page_options import CameraName, Title, choose_initial_camera, make_page_title
+from quarc_ref.cli.page_options import (
+    AudioFile,
+    AudioStart,
+    CameraName,
+    Title,
+    choose_initial_camera,
+    make_page_title,
+    read_page_audio,
+)
 from quarc_ref.cli.seekable_stream import growing_copy, open_seekable
 
 if TYPE_CHECKING:
@@ -62,6 +70,8 @@ def view(
         bool, typer.Option("--autoplay/--no-autoplay", help="Start playing when the page opens.")
     ] = True,
     loop: Annotated[bool, typer.Option("--loop/--no-loop", help="Play in a loop.")] = True,
+    audio: AudioFile = None,
+    audio_start: AudioStart = None,
     follow: FollowFlag = False,
     patience: Patience = DEFAULT_PATIENCE,
     as_json: AsJson = False,
@@ -76,7 +86,9 @@ def view(
         from quarc_ref.viewing.page import PageOptions
 
         host_names = _require_host_names(allowed_hosts or [])
-        options = PageOptions(title or make_page_title(file), camera, up, autoplay, loop)
+        sound = read_page_audio(audio, audio_start)
+        page_title = title or make_page_title(file)
+        options = PageOptions(page_title, camera, up, autoplay, loop, audio=sound)
         with (
             _report_stop(),
             _open_stream(file, options, follow_options) as stream,
@@ -153,6 +165,9 @@ def _open_server(
         PLAYER_FILE: Resource("text/javascript; charset=utf-8", BytesSource(read_player())),
         STREAM_FILE: Resource("application/octet-stream", source_class(stream.source)),
     }
+    audio = stream.options.audio
+    if audio is not None:
+        resources[audio.name] = Resource(audio.media_type, BytesSource(audio.data))
     if address[0] in _WILDCARD_ADDRESSES:
         host_names = [*host_names, socket.gethostname()]
     return Server(address, resources, host_names, print_message)
