@@ -6,6 +6,7 @@ import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before } from "node:test";
 import { pathToFileURL } from "node:url";
+import { KEEP_AUDIO, makeWav } from "./audio-file.js";
 import { browserTest, launch, PIXEL_RATIO, PlayerPage, type PlayerElement } from "./browser.js";
 import { runPython, referenceSkipReason, startPython } from "./reference.js";
 import { readRoom } from "./server.js";
@@ -57,6 +58,7 @@ async function withPage(
 ): Promise<void> {
   const page = await (await launch()).newPage({ viewport, deviceScaleFactor: PIXEL_RATIO });
   page.setDefaultTimeout(TIMEOUT_MS);
+  await page.addInitScript(KEEP_AUDIO);
   const [errors, requests]: [string[], (string | undefined)[]] = [[], []];
   page.on("pageerror", (error) => errors.push(String(error.stack ?? error)));
   page.on("console", (message) => {
@@ -80,8 +82,10 @@ async function withPage(
   }
 }
 
-const makePlainServerCommand = (): [string[], RegExp] => [
-  ["-m", "http.server", "0", "--bind", "127.0.0.1", "--directory", siteFolder],
+declare const audioElement: HTMLAudioElement;
+
+const makePlainServerCommand = (folder = siteFolder): [string[], RegExp] => [
+  ["-m", "http.server", "0", "--bind", "127.0.0.1", "--directory", folder],
   /port (\d+) /,
 ];
 const makeViewCommand = (...options: string[]): [string[], RegExp] => [
@@ -121,6 +125,23 @@ browserTest("a single page plays from disk", async (context) => {
     await run((player) => player.play());
     await waitUntil((player) => player.frame === 23 && !player.isPlaying);
   });
+});
+
+browserTest("published audio plays from Python's server, which has no ranges, and from disk", async (context) => {
+  if (referenceSkipReason) return context.skip(referenceSkipReason);
+  const [folder, pagePath, audioPath] = ["sound", "sound.html", "a.wav"].map((name) => join(temporaryFolder, name));
+  writeFileSync(audioPath!, makeWav(5));
+  const options = ["--audio", audioPath!, "--audio-start", "2", "--loop", "--autoplay"];
+  for (const output of [folder, pagePath]) runPython(["-m", "quarc_ref", "publish", ROOM_PATH, "-o", output!, ...options]);
+  const isInSync = (player: PlayerElement): boolean =>
+    !audioElement.paused && Math.abs(audioElement.currentTime - 2 - (player.frame ?? 0) / 30) < 0.15;
+  await withServer(...makePlainServerCommand(folder), (url) =>
+    withPage(`${url}?muted`, async ({ waitUntil }) => {
+      await waitUntil(isInSync);
+      await waitUntil(({ player }) => player?.muted && audioElement.seekable.end(0) === 5);
+    }),
+  );
+  await withPage(pathToFileURL(pagePath!).href, ({ waitUntil }) => waitUntil(isInSync));
 });
 
 browserTest("the address of the page sets camera, frame, speed and up, and stops playback", async (context) => {
