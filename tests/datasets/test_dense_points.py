@@ -4,6 +4,7 @@ import pytest
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.dense_points import add_dense_points
+from quarc_ref.datasets.plane_sweep import average_best_two
 from tests.datasets import scenes
 
 PLANE_POINTS = scenes.make_plane_points(50)
@@ -77,3 +78,11 @@ def test_pictures_without_texture_add_no_points(cameras_and_pictures):
     )
 
     np.testing.assert_array_equal(points.positions, PLANE_POINTS.positions)
+
+
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_the_best_two_correlations_are_averaged(count):
+    correlations = np.random.default_rng(0).normal(size=(count, 6, 8)).astype(np.float32)
+    expected = np.sort(correlations, axis=0)[-2:].mean(axis=0)
+
+    assert np.array_equal(average_best_two(correlations), expected)

@@ -4,7 +4,6 @@ Every iteration renders the scene after moving it by quantized residuals. The lo
 estimated rate of the residuals, so that the residuals of static parts of the scene become 0.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +18,7 @@ from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.frames.updates import TrainedUpdates
 from quarc_ref.encoder.frames.warm_start import initial_residuals
 from quarc_ref.encoder.settings.frames import MotionSettings, UpdateSettings
+from quarc_ref.encoder.training.adam import Adam
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics
 from quarc_ref.encoder.training.quantize import quantize_residuals
@@ -28,11 +28,9 @@ from quarc_ref.encoder.training.straight_through import (
     translation_step,
 )
 from quarc_ref.encoder.training.trainable import (
-    ADAM_EPSILON,
     Attributes,
     cosine_decay,
     from_splats,
-    take_adam_step,
 )
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import SYMBOL_LIMIT
@@ -115,8 +113,7 @@ class _MotionFit:
         self._leaves = self._residuals.leaves()
         if self._updates is not None:
             self._leaves.append(self._updates.leaf)
-        groups = [{"params": [leaf]} for leaf in self._leaves]
-        self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
+        self._adam = Adam()
 
     def take_step(self, step: int) -> None:
         """Take an optimizer step; first select updates if `UpdateSettings.select_at` is reached."""
@@ -125,8 +122,6 @@ class _MotionFit:
         decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
         learning_rates = self._residuals.learning_rates(settings, decay)
         learning_rates += [updates.learning_rate(decay)] if updates else []
-        for group, learning_rate in zip(self._adam.param_groups, learning_rates, strict=True):
-            group["lr"] = learning_rate
         view, moved_attributes = next(self._views), self._move()
         rendering, loss = self._render(
             updates.apply_to(moved_attributes) if updates else moved_attributes, view
@@ -136,7 +131,8 @@ class _MotionFit:
             + self._rate_weight * self._residuals.estimate_rate(settings)
             + (updates.penalty() if updates else 0.0)
         )
-        gradient = _take_optimizer_step(self._adam, self._leaves, loss, rendering.means2d)
+        *gradients, gradient = torch.autograd.grad(loss, [*self._leaves, rendering.means2d])
+        self._adam.step(self._leaves, gradients, learning_rates)
         self._statistics.add(gradient, rendering, self._context.camera(view))
         step_numbers = (self._scene.frame, step + 1, settings.iterations)
         image, gaussian_count = rendering.image, self._scene.count
@@ -167,15 +163,6 @@ class _MotionFit:
         rendering = self._context.render(attributes.activated(), view)
         frame, lambda_dssim = self._scene.frame, self._settings.lambda_dssim
         return rendering, self._context.photometric_loss(rendering.image, view, frame, lambda_dssim)
-
-
-def _take_optimizer_step(
-    adam: torch.optim.Adam, leaves: Sequence[Tensor], loss: Tensor, extra_tensor: Tensor
-) -> Tensor:
-    """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""
-    *gradients, extra_gradient = torch.autograd.grad(loss, [*leaves, extra_tensor])
-    take_adam_step(adam, leaves, gradients)
-    return extra_gradient
 
 
 class _Residuals:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from quarc_ref.decoder.dequantize import Splats
+from quarc_ref.encoder.training.adam import ADAM_STATE_KEYS, Adam, make_initial_state
 from quarc_ref.encoder.training.straight_through import (
     position_step,
     round_rotations,
@@ -22,8 +23,6 @@ from quarc_ref.format.constants import SH_C0
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.rendering.rasterizer import Gaussians, activate_opacities
 
-ADAM_EPSILON = 1e-15
-_ADAM_STATE_KEYS = ("step", "exp_avg", "exp_avg_sq")
 _MIN_OPACITY = 1e-5
 
 
@@ -120,11 +119,8 @@ class Trainer:
 
     def __init__(self, attributes: Attributes, learning_rates: tuple[float, ...]) -> None:
         self._leaves = [_make_leaf(tensor) for tensor in attributes.tensors()]
-        groups = [
-            {"params": [leaf], "lr": lr}
-            for leaf, lr in zip(self._leaves, learning_rates, strict=True)
-        ]
-        self._adam = torch.optim.Adam(groups, eps=ADAM_EPSILON, fused=True)
+        self._learning_rates = learning_rates
+        self._adam = Adam()
 
     @property
     def attributes(self) -> Attributes:
@@ -138,15 +134,14 @@ class Trainer:
 
     def set_learning_rates(self, learning_rates: Iterable[float]) -> None:
         """Set the learning rate of each attribute, in the order of `Attributes`."""
-        for group, lr in zip(self._adam.param_groups, learning_rates, strict=True):
-            group["lr"] = lr
+        self._learning_rates = tuple(learning_rates)
 
     def step(self, loss: Tensor, extra_tensor: Tensor) -> Tensor:
         """Take an optimizer step on a loss; return the gradient with respect to `extra_tensor`."""
         *gradients, extra_gradient = torch.autograd.grad(
             loss, [*self._leaves, extra_tensor], allow_unused=True
         )
-        take_adam_step(self._adam, self._leaves, gradients)
+        self._adam.step(self._leaves, gradients, self._learning_rates)
         return extra_gradient
 
     def decay_opacity(self, mask: Tensor, fraction: float) -> None:
@@ -160,8 +155,8 @@ class Trainer:
         state = {}
         for name, leaf in zip(_FIELD_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
-            adam_state = self._adam.state.get(leaf) or _initial_adam_state(leaf)
-            state |= {f"{name}.{key}": adam_state[key] for key in _ADAM_STATE_KEYS}
+            adam_state = self._adam.state.get(leaf) or make_initial_state(leaf)
+            state |= {f"{name}.{key}": adam_state[key] for key in ADAM_STATE_KEYS}
         return state
 
     def restore(self, state: dict[str, Tensor]) -> None:
@@ -169,19 +164,15 @@ class Trainer:
         device = self._leaves[0].device
         self._leaves = [_make_leaf(state[name].to(device)) for name in _FIELD_NAMES]
         self._adam.state.clear()
-        groups = zip(_FIELD_NAMES, self._leaves, self._adam.param_groups, strict=True)
-        for name, leaf, group in groups:
-            group["params"] = [leaf]
+        for name, leaf in zip(_FIELD_NAMES, self._leaves, strict=True):
             self._adam.state[leaf] = {
-                key: state[f"{name}.{key}"].to(device) for key in _ADAM_STATE_KEYS
+                key: state[f"{name}.{key}"].to(device) for key in ADAM_STATE_KEYS
             }
 
     def replace_rows(self, keep_mask: Tensor, new_rows: Attributes) -> None:
         """Keep the Gaussians in `keep_mask` `[N]`, and append new ones with zero Adam state."""
-        groups = zip(self._adam.param_groups, new_rows.tensors(), strict=True)
         new_leaves = []
-        for group, new_tensor in groups:
-            old_leaf = group["params"][0]
+        for old_leaf, new_tensor in zip(self._leaves, new_rows.tensors(), strict=True):
             leaf = _make_leaf(torch.cat([old_leaf.detach()[keep_mask], new_tensor]))
             state = self._adam.state.pop(old_leaf, None)
             if state is not None:
@@ -190,7 +181,6 @@ class Trainer:
                         [state[moment][keep_mask], torch.zeros_like(new_tensor)]
                     )
                 self._adam.state[leaf] = state
-            group["params"] = [leaf]
             new_leaves.append(leaf)
         self._leaves = new_leaves
 
@@ -218,19 +208,6 @@ class Trainer:
                 squares.copy_(squares.mean(dim=1, keepdim=True).expand_as(squares))
 
 
-def take_adam_step(
-    adam: torch.optim.Adam, leaves: Iterable[Tensor], gradients: Iterable[Tensor | None]
-) -> None:
-    """Take a step of torch's fused Adam with a gradient for each leaf; None skips the leaf.
-
-    On a CPU, the fused kernel ignores the strides of gradients. The gradients of tensors that were
-    concatenated, such as `sh_dc` and `sh_rest`, are not contiguous, and must be copied.
-    """
-    for leaf, gradient in zip(leaves, gradients, strict=True):
-        leaf.grad = None if gradient is None else gradient.contiguous()
-    adam.step()
-
-
 def to_sh_dc(colors: Tensor) -> Tensor:
     """Convert colors from 0 to 1 to SH DC coefficients (SPEC 10.2)."""
     return (colors - 0.5) / SH_C0
@@ -251,12 +228,6 @@ def cosine_decay(step: int, iterations: int, end_factor: float) -> float:
     """Return the cosine decay factor of a step: 1 at step 0, `end_factor` at `iterations`."""
     cosine = (1 + math.cos(math.pi * step / iterations)) / 2
     return end_factor + (1 - end_factor) * cosine
-
-
-def _initial_adam_state(leaf: Tensor) -> dict[str, Tensor]:
-    """Return the state of Adam for a tensor before its first step."""
-    zeros = torch.zeros_like(leaf, requires_grad=False)
-    return {"step": torch.zeros((), device=leaf.device), "exp_avg": zeros, "exp_avg_sq": zeros}
 
 
 def _make_leaf(tensor: Tensor) -> Tensor:

@@ -1,7 +1,8 @@
 import pytest
 import torch
 
-from quarc_ref.encoder.training.trainable import ADAM_EPSILON, Trainer, from_splats
+from quarc_ref.encoder.training.adam import ADAM_EPSILON
+from quarc_ref.encoder.training.trainable import Trainer, from_splats
 from tests.encoder.toys import make_splats
 
 _RATES = (1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3)
