@@ -3,6 +3,7 @@
 import os
 import signal
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import HealthCheck, settings
@@ -95,6 +96,15 @@ def _cross_check(request):
     is_bit_test = request.path.relative_to(Path(__file__).parent).parts[0] in _BIT_TEST_FOLDERS
     if is_bit_test or request.config.getoption("--thorough"):
         request.getfixturevalue("both_entropy_decoders")
+
+
+@pytest.fixture(scope="session")
+def traced_rig(tmp_path_factory):
+    """The folder with videos of seven neighboring cameras of a traced rig, and the cameras."""
+    from tests.recordings import write_recordings  # imports numba
+
+    folder = tmp_path_factory.mktemp("traced") / "bare"
+    return SimpleNamespace(cameras=write_recordings(folder, camera_count=7), folder=folder)
 
 
 @pytest.fixture(scope="session")

@@ -8,12 +8,15 @@ from quarc_ref.synth import SynthOptions, write_synthetic_capture
 OPTIONS = SynthOptions(width=320, height=240, frames=1, cameras=12)
 
 
-def write_recordings(folder):
-    """Write videos without poses into a folder, and return the cameras that recorded them."""
+def write_recordings(folder, camera_count=None):
+    """Write videos without poses into a folder, and return the cameras that recorded them.
+
+    With a camera count, the folder has only the videos of the first cameras, which are neighbors.
+    """
     traced = folder.parent / f"{folder.name}_traced"
     write_synthetic_capture(traced, OPTIONS)
     true_cameras = read_n3dv(traced).cameras
     folder.mkdir()
-    for path in sorted(traced.glob("*.mp4")):
+    for path in sorted(traced.glob("*.mp4"))[:camera_count]:
         shutil.copy(path, folder / path.name)
-    return true_cameras
+    return true_cameras[:camera_count]

@@ -86,6 +86,7 @@ def _run_one(name, folder, time_limit=60.0, *, dry_run=True):
     return rows
 
 
+@pytest.mark.thorough
 def test_a_step_that_fails_says_why(tmp_path):
     (row,) = _run_one("frame 0", tmp_path)
 

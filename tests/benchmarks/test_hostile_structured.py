@@ -9,7 +9,7 @@ import pytest
 from hostile import blocks, judge
 from hostile.structured.fault import Stage
 from hostile.structured.generator import RecordGenerator
-from hostile.structured.maker import StructuredMaker
+from hostile.structured.maker import StructuredMaker, build_donors
 from hostile.structured.pieces import assemble
 from quarc_ref.decoder import reconstruct
 from quarc_ref.format.errors import CountError
@@ -42,11 +42,12 @@ def _judge(data):
 
 
 def test_a_series_and_a_number_reproduce_the_stream(streams):
+    build_donors.cache_clear()
     same_series, other_series = StructuredMaker(0), StructuredMaker(1)
 
     assert [same_series.make(number) for number in (70, 0, 7)] == [streams[i] for i in (70, 0, 7)]
-    assert [other_series.make(number).data for number in range(20)] != [
-        stream.data for stream in streams[:20]
+    assert [other_series.make(number).data for number in range(4)] != [
+        stream.data for stream in streams[:4]
     ]
 
 

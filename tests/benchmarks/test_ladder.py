@@ -175,6 +175,15 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
     assert (tmp_path / "ladder.md").read_text() == first_output.out
 
 
+@pytest.fixture(scope="module")
+def stream(folder, tmp_path_factory):
+    """The initial stream that a run of the command has encoded."""
+    output_folder = tmp_path_factory.mktemp("ladder")
+    assert command.main([str(folder), "--out", str(output_folder), *TINY_OPTIONS]) == 0
+    (stream,) = output_folder.glob("*.quarc")
+    return stream
+
+
 @pytest.mark.parametrize(
     ("extra_options", "message"),
     [
@@ -185,12 +194,8 @@ def test_the_command_encodes_the_initial_stream_and_continues(folder, tmp_path, 
     ],
 )
 def test_an_impossible_combination_is_rejected_in_one_line(
-    folder, tmp_path, capsys, extra_options, message
+    folder, stream, tmp_path, capsys, extra_options, message
 ):
-    assert command.main([str(folder), "--out", str(tmp_path), *TINY_OPTIONS]) == 0
-    (stream,) = tmp_path.glob("*.quarc")
-    capsys.readouterr()
-
     options = [
         str(folder),
         "--out",

@@ -16,6 +16,7 @@ import studies
 from paper import command
 from quarc_ref.jobs import Job
 from tests.datasets import scenes
+from tests.jobs.in_process import run_jobs_in_this_process
 
 TINY_OPTIONS = [
     "--preset", "demo", "--frames", "2",
@@ -162,9 +163,10 @@ def test_impossible_options_are_reported_before_anything_runs(
     assert not any(tmp_path.iterdir())
 
 
-def test_a_failed_trial_does_not_stop_others_in_worker_processes(folder, tmp_path, capsys):
+def test_a_failed_trial_does_not_stop_others(folder, tmp_path, capsys):
     (tmp_path / "rows" / "full.json").mkdir(parents=True)
-    code = _run_paper(folder, tmp_path, "--only", "rotation", "--workers", "2")
+    with run_jobs_in_this_process():
+        code = _run_paper(folder, tmp_path, "--only", "rotation", "--workers", "2")
 
     assert code == 3
     assert "1 of 2 jobs failed; full: IsADirectoryError" in capsys.readouterr().err

@@ -15,6 +15,7 @@ from quarc_ref.evaluation.evaluate import evaluate_stream
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from tests.cli.commands import TINY
+from tests.jobs.in_process import run_jobs_in_this_process
 
 SETTINGS = [part for key, value in TINY.items() for part in ("--set", f"{key}={value}")]
 CAPTURE_NAME = "fast-3-32x24"
@@ -48,9 +49,10 @@ def completed_names(monkeypatch):
 
 @pytest.fixture(scope="module")
 def study_folder(tmp_path_factory):
-    """The folder of a finished study, which ran each encode in a separate process."""
+    """The folder of a finished study."""
     path = tmp_path_factory.mktemp("quality") / "out"
-    assert command.main([*OPTIONS, "--out", str(path)]) == 0
+    with run_jobs_in_this_process():
+        assert command.main([*OPTIONS, "--out", str(path)]) == 0
     return path
 
 
@@ -129,11 +131,16 @@ def test_completed_trials_are_not_run_again(study_copy, completed_names):
     assert (study_copy / "quality.md").read_text() == table_before
 
 
-def test_an_interrupted_study_resumes(study_copy, completed_names):
+def test_an_interrupted_study_resumes_in_a_separate_process(study_copy, capsys):
+    stream = study_copy / "streams" / f"{CAPTURE_NAME}.set0.seed1.quarc"
+    row, data = _read_row(study_copy, 1), stream.read_bytes()
     (study_copy / "rows" / f"{CAPTURE_NAME}.set0.seed1.json").unlink()
+    stream.unlink()
 
     assert command.main([*OPTIONS, "--out", str(study_copy)]) == 0
-    assert completed_names == [f"{CAPTURE_NAME}.set0.seed1"]
+    assert f"finished {CAPTURE_NAME}.set0.seed1: 1 of 1 jobs" in capsys.readouterr().err
+    assert stream.read_bytes() == data
+    assert _read_row(study_copy, 1)["per_frame"] == row["per_frame"]
 
 
 def test_ctrl_c_leaves_the_table_of_completed_rows(study_copy, monkeypatch, capsys):

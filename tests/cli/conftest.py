@@ -1,12 +1,12 @@
 """A small stream and small captures that several tests share; tests must not change them."""
 
+import shutil
 from types import SimpleNamespace
 
 import pytest
 
 from tests.cli.commands import TINY_OPTIONS, run_json
 from tests.datasets import scenes
-from tests.recordings import write_recordings
 from tests.small_streams import make_stream
 
 
@@ -50,12 +50,11 @@ def capture(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def recordings(tmp_path_factory):
-    """A folder of six videos without poses, which `calibrate` processes quickly."""
-    folder = tmp_path_factory.mktemp("recorded") / "bare"
-    write_recordings(folder)
-    for video in sorted(folder.iterdir())[6:]:
-        video.unlink()
+def recordings(traced_rig, tmp_path_factory):
+    """A folder of three videos without poses, which `calibrate` processes quickly."""
+    folder = tmp_path_factory.mktemp("recorded")
+    for video in sorted(traced_rig.folder.iterdir())[1:4]:
+        shutil.copy(video, folder)
     return folder
 
 

@@ -14,6 +14,7 @@ from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
 from tests.cli.schemas import validate
 from tests.datasets import scenes
+from tests.jobs.in_process import run_jobs_in_this_process
 
 
 def _read_cameras(path):
@@ -198,7 +199,8 @@ def test_videos_of_unequal_length_are_cut_to_the_shortest_and_named(
     capture_of_uneven_length, tmp_path, options
 ):
     file = tmp_path / "a.quarc"
-    result = run("encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, *options)
+    with run_jobs_in_this_process():  # segments
+        result = run("encode", capture_of_uneven_length, "-o", file, *TINY_OPTIONS, *options)
 
     assert result.exit_code == 0
     assert "warning: cam03 has 2 frames, but the others have 3: only the first" in result.stderr

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 from hostile.mutations import Mutant
@@ -31,11 +32,7 @@ class StructuredMaker:
 
     def __init__(self, series: int) -> None:
         self._series = series
-        with use_engine(REFERENCE):
-            self._donors = [
-                _build_stream(RecordGenerator.from_seed(number), ())
-                for number in range(_DONOR_COUNT)
-            ]
+        self._donors = build_donors()
         self.faults: Sequence[Fault | None] = (
             None,  # for numbers without a fault
             *VALUE_FAULTS,
@@ -55,6 +52,15 @@ class StructuredMaker:
         pieces = _apply_faults(Stage.STREAM, faults, generator, builder.pieces)
         data = _apply_faults(Stage.BYTES, faults, generator, assemble(pieces))
         return Mutant(data, tuple(fault.name for fault in faults), has_forged_crcs=False)
+
+
+@cache
+def build_donors() -> Sequence[StreamBuilder]:
+    """Build the streams without faults whose parts all series use."""
+    with use_engine(REFERENCE):
+        return [
+            _build_stream(RecordGenerator.from_seed(number), ()) for number in range(_DONOR_COUNT)
+        ]
 
 
 def _build_stream(
