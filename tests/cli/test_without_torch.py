@@ -34,7 +34,7 @@ def _run(*arguments, blocked_packages=_BLOCKED_PACKAGES, engine=""):
 def large_file(tmp_path_factory):
     """A stream that is so large that the command recommends the fast engine."""
     path = tmp_path_factory.mktemp("large") / "large.quarc"
-    path.write_bytes(make_stream(gaussian_count=9000, frame_count=3)[0])
+    path.write_bytes(make_stream(gaussian_count=9000, frame_count=1)[0])
     return path
 
 

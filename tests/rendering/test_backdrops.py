@@ -28,10 +28,12 @@ def _render_with_gradients(render, gaussians: Gaussians):
 
 
 @pytest.mark.parametrize(
-    ("rasterizer", "dtype"),
-    [(NumbaRasterizer(), torch.float32), (TorchRasterizer(), torch.float64)],
+    ("rasterizer", "dtype", "count", "added"),
+    [
+        *((NumbaRasterizer(), torch.float32, *counts) for counts in [(2, 1), (800, 3), (800, 200)]),
+        *((TorchRasterizer(), torch.float64, *counts) for counts in [(2, 1), (60, 3), (60, 20)]),
+    ],
 )
-@pytest.mark.parametrize(("count", "added"), [(60, 10), (800, 3), (800, 200), (2, 1)])
 def test_a_picture_on_a_backdrop_equals_that_of_all_gaussians(rasterizer, dtype, count, added):
     all_gaussians, background = _make_gaussians(count, dtype), _BACKGROUND.to(dtype)
     backdrop = rasterizer.render_backdrop(

@@ -56,11 +56,11 @@ def list_sizes(monkeypatch):
 
 
 @pytest.mark.parametrize("band_pixels", [1, 1 << 12, 1 << 21])
-@pytest.mark.parametrize("slice_pairs", [0, 1, 50, 1 << 22])
+@pytest.mark.parametrize("slice_pairs", [0, 50, 1 << 22])
 @pytest.mark.parametrize("size", [(100, 60), (1, 700), (700, 1), (33, 17)])
 @pytest.mark.parametrize("scale", [0.02, 0.5])
 def test_bands_and_slices_give_the_same_picture(band_pixels, slice_pairs, size, scale, monkeypatch):
-    camera, gaussians = make_camera(*size), _make_gaussians(300, scale)
+    camera, gaussians = make_camera(*size), _make_gaussians(100, scale)
     monkeypatch.setattr(bands, "MAX_BAND_PIXELS", band_pixels)
     monkeypatch.setattr(bands, "MAX_SLICE_PAIRS", slice_pairs)
 

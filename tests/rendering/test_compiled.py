@@ -32,9 +32,9 @@ def test_scipy_is_loaded_only_to_compile_kernels_that_need_it():
 _CACHE_SCRIPT = """
 import sys
 import numpy as np
-from quarc_ref.rendering.ssim_kernels import ssim_moments
-ssim_moments(np.ones((12, 36), dtype=np.float32), np.ones((2, 12, 36), dtype=np.float32))
-print(sum(ssim_moments.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
+from quarc_ref.encoder.frames.surrogate_kernels import sum_levels
+sum_levels(np.ones((3, 2)), np.zeros((1, 4), dtype=np.int64), np.zeros((4, 2)))
+print(sum(sum_levels.stats.cache_hits.values()), "numba.np.npyimpl" not in sys.modules)
 """
 
 

@@ -21,7 +21,7 @@ from tests.rendering.scenes import (
 )
 from tests.rendering.slow_renderer import render_slowly
 
-_SIZES = [(6, 17, 13), (60, 70, 50), (400, 70, 50), (3000, 100, 60)]
+_SIZES = [(6, 17, 13), (60, 70, 50), (400, 70, 50), (1500, 100, 60)]
 
 
 def test_the_reference_renders_the_equations():
