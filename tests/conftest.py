@@ -25,6 +25,9 @@ settings.register_profile(
 )
 settings.register_profile("thorough", max_examples=5000, deadline=None)
 
+# Threads that wait do not spin: the workers of xdist share the processors.
+os.environ.setdefault("OMP_WAIT_POLICY", "passive")
+
 # A shell that runs tests in the background makes them ignore SIGINT.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -20,9 +20,9 @@ _DEMO = choose_preset("demo")
 
 @pytest.fixture(scope="session")
 def correct_capture(tmp_path_factory):
-    """A synthetic capture of nine cameras and 18 frames."""
+    """A synthetic capture of seven cameras and 15 frames."""
     folder = tmp_path_factory.mktemp("correct_capture") / "room"
-    write_synthetic_capture(folder, SynthOptions(128, 96, frames=18, cameras=8))
+    write_synthetic_capture(folder, SynthOptions(128, 96, frames=15, cameras=6))
     return folder
 
 
@@ -41,14 +41,14 @@ def test_a_correct_capture_has_no_findings(correct_capture):
 
     assert diagnosis.findings == ()
     assert diagnosis.layout.startswith("N3DV")
-    assert (len(diagnosis.capture.cameras), diagnosis.capture.frame_count) == (9, 18)
+    assert (len(diagnosis.capture.cameras), diagnosis.capture.frame_count) == (7, 15)
 
 
 @pytest.mark.parametrize(
     "variant", [thorough("fast"), thorough("visitor"), thorough("mixed-cameras"), "dark-stage"]
 )
 def test_an_honest_variant_has_no_findings(tmp_path, variant):
-    options = SynthOptions(128, 96, frames=9, cameras=8, variant=variant)
+    options = SynthOptions(128, 96, frames=9, cameras=6, variant=variant)
     write_synthetic_capture(tmp_path / "room", options)
 
     assert find_faults(tmp_path / "room") == ()
@@ -112,8 +112,8 @@ def test_the_reported_offset_repairs_the_capture(folder):
 
 
 def test_the_reported_offset_includes_that_of_the_capture(folder):
-    (folder / "quarc-capture.json").write_text(f'{{"offsets": {{"{CAMERA}": 4}}}}')
+    (folder / "quarc-capture.json").write_text(f'{{"offsets": {{"{CAMERA}": 3}}}}')
     (finding,) = (finding for finding in find_faults(folder) if finding.kind == "out-of-sync")
 
-    assert "4 frames early: in" in finding.message
+    assert "3 frames early: in" in finding.message
     assert "change its offset to 0 " in finding.message
