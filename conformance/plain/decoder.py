@@ -7,6 +7,7 @@ and states.
 import copy
 import zlib
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -141,8 +142,7 @@ class FrameDecoder:
         self._record_note("keys", keys)
         coded = []
         for i, key in enumerate(keys):
-            offsets = [sum((key >> (3 * b + 2 - a) & 1) << b for b in range(20)) for a in range(3)]
-            position = [o + v for o, v in zip(self.fields["origin"], offsets, strict=True)]
+            position = [o + v for o, v in zip(self.fields["origin"], _split_key(key), strict=True)]
             j, components = rotations[i]
             codes = [row[i] for row in scales + opacity + sh_dc + sh_rest]
             coded.append(PlainCodedGaussian(position, [j, *components], codes))
@@ -293,3 +293,9 @@ class FrameDecoder:
                 PlainGaussian(state.next_id, child_position, rotations[i], codes, motion, 0)
             )
             state.next_id += 1
+
+
+@cache
+def _split_key(key: int) -> list[int]:
+    """Return the three components whose bits a Morton key interleaves (SPEC 8.5)."""
+    return [sum((key >> (3 * b + 2 - a) & 1) << b for b in range(20)) for a in range(3)]

@@ -3,7 +3,6 @@
 They were written from SPEC.md and share no code with quarc_ref, whose results must equal theirs.
 """
 
-from fractions import Fraction
 from math import isqrt
 
 POSITION_OFFSET = 1 << 23
@@ -12,8 +11,8 @@ ROTATION_ONE = 1 << 22
 
 def divide_round(numerator: int, denominator: int) -> int:
     """Return the integer nearest to the quotient; halves are rounded away from zero (SPEC 4.2)."""
-    quotient = abs(Fraction(numerator, denominator))
-    magnitude = int(quotient + Fraction(1, 2))
+    magnitude, remainder = divmod(abs(numerator), denominator)
+    magnitude += 2 * remainder >= denominator
     return magnitude if numerator >= 0 else -magnitude
 
 
