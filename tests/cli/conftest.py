@@ -59,6 +59,14 @@ def recordings(traced_rig, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
+def tiny_demo(tmp_path_factory):
+    """The folder that `demo --json` wrote, and the JSON output."""
+    folder = tmp_path_factory.mktemp("demo") / "out"
+    json_output = run_json("demo", "-o", folder, "--frames", 2, *TINY_OPTIONS)
+    return SimpleNamespace(folder=folder, json_output=json_output)
+
+
+@pytest.fixture(scope="session")
 def encoded_stream(tmp_path_factory, capture):
     """The stream file that `encode --json` wrote for the capture, and the JSON output."""
     file = tmp_path_factory.mktemp("encoded") / "plane.quarc"

@@ -1,5 +1,7 @@
 """Tests that --force deletes only files that the command wrote and listed in a marker."""
 
+import shutil
+
 import pytest
 
 from tests.cli.commands import TINY_OPTIONS, list_names, run
@@ -110,10 +112,9 @@ def test_a_folder_of_the_command_has_a_marker_and_is_replaced(stream_file, tmp_p
     assert list_names(tmp_path) == ["out", "small.quarc"]
 
 
-def test_a_demo_is_replaced_with_all_its_files(tmp_path):
-    folder = tmp_path / "out"
+def test_a_demo_is_replaced_with_all_its_files(tiny_demo, tmp_path):
+    folder = shutil.copytree(tiny_demo.folder, tmp_path / "out")
     command = ["demo", "-o", folder, "--frames", 2, *TINY_OPTIONS]
-    assert run(*command).exit_code == 0
     (folder / "report" / "mine.txt").write_text("mine")
     rejected_run = run(*command, "--force")
     (folder / "report" / "mine.txt").unlink()

@@ -9,7 +9,7 @@ from quarc_ref.cli.app import app
 from quarc_ref.cli.verbs.capture import VariantName
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.synth.variants import VARIANTS
-from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
+from tests.cli.commands import list_names, run, run_json
 
 
 def test_synth_makes_a_capture_of_the_requested_size(tmp_path):
@@ -112,15 +112,8 @@ def test_force_does_not_replace_a_filmed_capture(tmp_path):
     assert len(list_names(tmp_path)) == 3
 
 
-@pytest.fixture(scope="module")
-def output_and_folder(tmp_path_factory):
-    """The JSON output of a tiny demo, and the folder of the demo."""
-    folder = tmp_path_factory.mktemp("demo") / "out"
-    return run_json("demo", "-o", folder, "--frames", 2, *TINY_OPTIONS), folder
-
-
-def test_the_demo_writes_capture_stream_and_report(output_and_folder):
-    json_output, folder = output_and_folder
+def test_the_demo_writes_capture_stream_and_report(tiny_demo):
+    folder, json_output = tiny_demo.folder, tiny_demo.json_output
 
     assert list_names(folder) == ["capture", "demo.html", "demo.quarc", "report"]
     assert list_names(folder.parent) == ["out"]
@@ -131,19 +124,19 @@ def test_the_demo_writes_capture_stream_and_report(output_and_folder):
     assert b'src="data:application/octet-stream;base64,' in (folder / "demo.html").read_bytes()
 
 
-def test_the_demo_prints_the_same_as_eval_of_its_files(output_and_folder):
-    json_output, folder = output_and_folder
+def test_the_demo_prints_the_same_as_eval_of_its_files(tiny_demo):
+    folder, json_output = tiny_demo.folder, tiny_demo.json_output
 
     eval_output = run_json("eval", folder / "demo.quarc", folder / "capture")
     assert json_output.keys() == eval_output.keys() | {"player", "report"}
     assert {key: json_output[key] for key in eval_output} == eval_output
 
 
-def test_a_demo_is_replaced_only_with_force(output_and_folder, monkeypatch):
+def test_a_demo_is_replaced_only_with_force(tiny_demo, monkeypatch):
     def fail(*_arguments, **_keywords):
         pytest.fail("the demo was run")
 
-    _, folder = output_and_folder
+    folder = tiny_demo.folder
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     rejected_run = run("demo", "-o", folder)
 
@@ -152,12 +145,12 @@ def test_a_demo_is_replaced_only_with_force(output_and_folder, monkeypatch):
     assert list_names(folder) == ["capture", "demo.html", "demo.quarc", "report"]
 
 
-def test_a_failed_demo_keeps_the_old_one(output_and_folder, monkeypatch):
+def test_a_failed_demo_keeps_the_old_one(tiny_demo, monkeypatch):
     def fail(folder, *_arguments):
         folder.write("half", b"half")
         raise KeyboardInterrupt
 
-    _, folder = output_and_folder
+    folder = tiny_demo.folder
     data_before = (folder / "demo.quarc").read_bytes()
     monkeypatch.setattr("quarc_ref.cli.demo_work.run_demo", fail)
     results = [run("demo", "-o", folder, "--force"), run("demo", "-o", folder.parent / "new")]

@@ -22,6 +22,7 @@ from tests.cli.stress import (
     mount_small_disk,
     readonly_folder,
 )
+from tests.marks import thorough
 
 
 @pytest.fixture
@@ -247,7 +248,9 @@ def _find_owner(dotted_name):
         return getattr(import_module(module), kind), attribute
 
 
-@pytest.mark.parametrize("name", VERBS)
+@pytest.mark.parametrize(
+    "name", [thorough(name) if name in ("calibrate", "demo") else name for name in VERBS]
+)
 def test_a_closed_standard_output_is_not_a_fault_of_the_stream(name, workspace, monkeypatch, capfd):
     read_end, write_end = os.pipe()
     os.close(read_end)
