@@ -38,7 +38,9 @@ class Adam:
         for leaf, gradient, learning_rate in zip(leaves, gradients, learning_rates, strict=True):
             if gradient is None:
                 continue
-            state = self.state.setdefault(leaf, make_initial_state(leaf))
+            if leaf not in self.state:
+                self.state[leaf] = make_initial_state(leaf)
+            state = self.state[leaf]
             adam(
                 [leaf], [gradient.contiguous()], [state["exp_avg"]], [state["exp_avg_sq"]],
                 [], [state["step"]], fused=True, amsgrad=False, beta1=0.9, beta2=0.999,
