@@ -43,7 +43,7 @@ locked: $(READY) ## Compare the installed versions with requirements/.
 demo: $(READY) $(CORE) ## Trace a scene, encode, play (demo/demo.html) and measure it (demo/report/index.html).
 	$(BIN)/quarc-ref demo -o demo --force
 
-# Files in the order of their folders, except two (tests/conftest.py): by default, xdist starts the
+# Files in the order of their folders, except three (tests/conftest.py): by default, xdist starts the
 # files with the fewest tests last, and these are among the slowest.
 test: $(READY) $(CORE) ## Run the tests, except those marked thorough.
 	$(BIN)/python -m pytest -q --numprocesses auto --maxprocesses 4 --dist loadfile --no-loadscope-reorder $(TEST_OPTIONS)

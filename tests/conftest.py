@@ -45,9 +45,14 @@ def _use_temporary_cache(tmp_path_factory):
 # Folders of tests in which every section is decoded with both entropy decoders.
 _BIT_TEST_FOLDERS = {"conformance", "format", "hostile", "inspection"}
 
-# The first two processes run these first. One file compiles the kernels of the renderer and the
-# trainer, the other those of the synthetic scene, so that no process compiles what another does.
-_COMPILING_FILES = {"benchmarks/test_ladder.py", "calibration/test_calibrate.py"}
+# These run first, in this order. Of the first two processes, one compiles the kernels of the
+# renderer and the trainer. The other compiles those of the synthetic scene, and then runs the third
+# file, which needs no kernels, until the first is done: no process compiles what another does.
+_FIRST_FILES = (
+    "benchmarks/test_ladder.py",
+    "calibration/test_calibrate.py",
+    "conformance/test_both_engines.py",
+)
 
 
 def pytest_addoption(parser):
@@ -67,7 +72,7 @@ def pytest_configure(config):
 
 def pytest_collection_modifyitems(config, items):
     """Begin with the files that compile kernels; skip the thorough tests without --thorough."""
-    items.sort(key=lambda item: _name_file(item) not in _COMPILING_FILES)
+    items.sort(key=_rank_file)
     if config.getoption("--thorough"):
         return
     thorough = [item for item in items if item.get_closest_marker("thorough")]
@@ -75,8 +80,9 @@ def pytest_collection_modifyitems(config, items):
     items[:] = [item for item in items if not item.get_closest_marker("thorough")]
 
 
-def _name_file(item):
-    return item.path.relative_to(Path(__file__).parent).as_posix()
+def _rank_file(item):
+    name = item.path.relative_to(Path(__file__).parent).as_posix()
+    return _FIRST_FILES.index(name) if name in _FIRST_FILES else len(_FIRST_FILES)
 
 
 @pytest.fixture

@@ -93,7 +93,7 @@ def test_the_runner_does_not_wait_for_a_process_that_a_decoder_leaves_behind(tmp
 
 
 def test_all_that_a_command_writes_to_standard_error_is_read():
-    for _ in range(50):
+    for _ in range(20):
         process = CodecProcess('sh -c "echo MemoryError >&2; exit 7"', Limits())
         fault = process.make_crash_fault(process.finish())
         process.kill()
@@ -211,7 +211,8 @@ def test_capabilities_that_need_jobs_are_not_tested_without_jobs(tmp_path, capab
 def test_only_known_capabilities_are_reported_as_tested(tmp_path):
     line = '{"capabilities": ["jobs", "seeks", "updates"]}'
 
-    completed = run_conformance(make_decoder(tmp_path, f"print({line!r})"))
+    decoder = make_decoder(tmp_path, f"print({line!r})")  # waits for the end of the jobs
+    completed = run_conformance(decoder, "--timeout", "5")
 
     assert "tested: decode, jobs, updates\n" in completed.stdout
 
