@@ -6,14 +6,8 @@ from quarc_ref.viewing.page import PageAudio
 
 _MAX_BYTES = 1 << 29
 _HEAD_BYTES = 12  # by which formats are recognized
-_VIDEO_BOXES = (
-    b"ftyp",
-    b"moov",
-    b"mdat",
-    b"wide",
-    b"free",
-    b"skip",
-)  # with which mp4 and mov begin
+# with which mp4 and mov begin
+_VIDEO_BOXES = (b"ftyp", b"moov", b"mdat", b"wide", b"free", b"skip")
 _MATROSKA_MAGIC = b"\x1a\x45\xdf\xa3"
 _MEDIA_TYPES = {
     "aac": "audio/aac",

@@ -87,8 +87,8 @@ class _SimulatedDevice(TorchFunctionMode):
             return _ACCESSES[func](first, *args[1:], **kwargs)
         if func is Tensor.to and any(isinstance(other, CudaTensor) for other in args[1:]):
             args = (first, _DEVICE, args[1].dtype)
-        is_device = any(map(_is_device, args)) or any(map(_is_device, kwargs.values()))
-        if func is torch.device or not is_device:
+        has_device = any(map(_is_device, args)) or any(map(_is_device, kwargs.values()))
+        if func is torch.device or not has_device:
             return func(*args, **kwargs)
         if isinstance(first, CudaTensor):
             args = [argument for argument in args if not _is_device(argument)]
