@@ -236,6 +236,7 @@ export class Player extends PlayerState {
   }
 
   #handleInfo(info: StreamInfo): void {
+    this.#stage.update(info);
     if (this.#isSceneMeasured) this.#viewer.update(info, this.#requestedCamera);
     else this.#viewer.begin(info, this.#requestedCamera);
     this.dispatch("info", info);

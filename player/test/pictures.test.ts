@@ -8,14 +8,17 @@ import { readRoom, readVector } from "./server.js";
 
 const MIN_DB = { float: 45, bytes: 40 } as const;
 
-/** Return the PSNR between a PNG and the player's picture from a camera. Runs on the page. */
+/** Return the PSNR between a PNG and the player's picture from a camera, of the same size. Runs on the page. */
 async function computePsnr(
   player: PlayerElement,
   { camera, path, format }: { camera: string; path: string; format: "float" | "bytes" },
 ): Promise<number> {
-  const cameraIndex = player.player?.cameras.findIndex(({ name }) => name === camera) ?? -1;
-  const picture = await player.takePicture(cameraIndex, format);
   const image = await createImageBitmap(await (await fetch(path)).blob());
+  const eye = player.player!.cameras.find(({ name }) => name === camera)!;
+  const [scaleX, scaleY] = [image.width / eye.width, image.height / eye.height];
+  const size = { width: image.width, height: image.height };
+  const lens = { fx: eye.fx * scaleX, fy: eye.fy * scaleY, cx: eye.cx * scaleX, cy: eye.cy * scaleY };
+  const picture = await player.player!.takePicture({ ...eye, ...size, ...lens }, format);
   const canvas = new OffscreenCanvas(image.width, image.height);
   const context = canvas.getContext("2d");
   context?.drawImage(image, 0, 0);
@@ -56,10 +59,16 @@ browserTest("a picture for which there is no graphics memory is an error", async
 });
 
 /** Compare the player's pictures of some frames and cameras with those of quarc-ref. */
-async function checkPictures(context: TestContext, stream: Uint8Array, cameras: string[], frames: number[]): Promise<void> {
+async function checkPictures(
+  context: TestContext,
+  stream: Uint8Array,
+  cameras: string[],
+  frames: number[],
+  width?: number,
+): Promise<void> {
   const files: Record<string, Uint8Array> = {};
   for (const camera of cameras) {
-    const pictures = renderReference(stream, camera);
+    const pictures = renderReference(stream, camera, width);
     for (const frame of frames) files[`/${camera}-${frame}.png`] = pictures[frame]!;
   }
   await using page = await PlayerPage.open({ stream, files });
@@ -80,6 +89,13 @@ browserTest("pictures match those of quarc-ref render", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);
   await checkPictures(context, readRoom(), ["front", "upright"], [0, 11, 23]);
 });
+
+for (const width of [48, 400]) {
+  browserTest(`pictures that are ${width} instead of 160 pixels wide match, too`, async (context) => {
+    if (referenceSkipReason) return context.skip(referenceSkipReason);
+    await checkPictures(context, readRoom(), ["front"], [0, 11], width);
+  });
+}
 
 browserTest("pictures of fewer Gaussians than the player draws at once match, too", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);

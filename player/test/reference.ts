@@ -14,14 +14,19 @@ const python = findPython();
 export const referenceSkipReason =
   python === null && "quarc_ref and its renderer are not installed: set QUARC_PYTHON to a Python that has them";
 
-/** Render all frames of a stream from a camera with quarc-ref; return the PNGs in the order of the frames. */
-export function renderReference(stream: Uint8Array, camera: string): Uint8Array[] {
+/**
+ * Render all frames of a stream from a camera with quarc-ref, by default in the size of the camera's pictures; return
+ * the PNGs in the order of the frames.
+ */
+export function renderReference(stream: Uint8Array, camera: string, width?: number): Uint8Array[] {
   const digest = createHash("sha256").update(stream).digest("hex").slice(0, 16);
-  const [streamPath, folder] = [join(CACHE_FOLDER, `${digest}.quarc`), join(CACHE_FOLDER, `${digest}-${camera}`)];
+  const streamPath = join(CACHE_FOLDER, `${digest}.quarc`);
+  const folder = join(CACHE_FOLDER, [digest, camera, ...(width === undefined ? [] : [width])].join("-"));
+  const size = width === undefined ? [] : ["--width", String(width)];
   if (!existsSync(folder)) {
     mkdirSync(CACHE_FOLDER, { recursive: true });
     writeFileSync(streamPath, stream);
-    runPython(["-m", "quarc_ref", "render", streamPath, "--camera", camera, "--to", "png", "-o", folder, "--quiet"]);
+    runPython(["-m", "quarc_ref", "render", streamPath, "--camera", camera, ...size, "--to", "png", "-o", folder, "--quiet"]);
   }
   const names = readdirSync(folder).filter((name) => name.endsWith(".png"));
   return names.sort().map((name) => readFileSync(join(folder, name)));

@@ -28,9 +28,12 @@ from quarc_ref.rendering.pipeline_data import (
 KERNEL_LOCK = threading.Lock()
 
 
+LOW_PASS = 0.3  # variance of the low-pass filter, in pixels
+
+
 @lru_cache(maxsize=256)
-def flatten_camera(camera: Camera) -> Float32:
-    """Return a camera as the array `[22]` that `projection_kernels` takes."""
+def flatten_camera(camera: Camera, low_pass: tuple[float, float] = (LOW_PASS, LOW_PASS)) -> Float32:
+    """Return a camera as the array `[24]` that `projection_kernels` takes."""
     center = camera_center(camera)
     nearest_depth = NEAR_FRACTION * camera.near
     intrinsics = (
@@ -44,12 +47,23 @@ def flatten_camera(camera: Camera) -> Float32:
     )
     with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
         return np.array(
-            [*camera.rotation, *camera.translation, *intrinsics, *center], dtype=np.float32
+            [*camera.rotation, *camera.translation, *intrinsics, *center, *low_pass],
+            dtype=np.float32,
         )
 
 
-def project(camera: Camera, gaussians: SplatRows) -> Projection:
-    """Project Gaussians to the picture plane of a camera."""
+def project(
+    camera: Camera,
+    gaussians: SplatRows,
+    low_pass: tuple[float, float] = (LOW_PASS, LOW_PASS),
+) -> Projection:
+    """Project Gaussians to the picture plane of a camera.
+
+    Args:
+        camera: The camera.
+        gaussians: Gaussians to project.
+        low_pass: Variances of the low-pass filter in x and y, in pixels.
+    """
     gaussian_count = gaussians.means.shape[0]
     projection = Projection(
         np.zeros((gaussian_count, 2), dtype=np.float32),
@@ -62,7 +76,7 @@ def project(camera: Camera, gaussians: SplatRows) -> Projection:
     )
     with KERNEL_LOCK:
         projection_kernels.project_forward(
-            flatten_camera(camera),
+            flatten_camera(camera, low_pass),
             gaussians.means, gaussians.quaternions, gaussians.scales,
             gaussians.opacities, gaussians.sh,
             projection.means2d, projection.conics, projection.colors,

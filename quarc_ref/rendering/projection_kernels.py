@@ -2,11 +2,12 @@
 
 Each Gaussian is processed by one thread and shares no data with others, so the number of threads
 does not affect the result. The backward pass recomputes values of the forward pass. SPEC 10.3
-defines the conventions: pixel centers are at +0.5, and 0.3 is added to the diagonal of covariances.
-For the Jacobian, but not elsewhere, x/z and y/z are clamped to the picture plus a margin.
+defines the conventions: pixel centers are at +0.5, and a low-pass filter is added to the diagonal
+of covariances. For the Jacobian, but not elsewhere, x/z and y/z are clamped to the picture plus a
+margin.
 
-A camera is an array of 22 numbers: rotation (9), translation (3), fx, fy, cx, cy, width, height,
-nearest depth, center (3).
+A camera is an array of 24 numbers: rotation (9), translation (3), fx, fy, cx, cy, width, height,
+nearest depth, center (3), low-pass filter in x and y (variances in pixels).
 """
 
 import math
@@ -22,7 +23,6 @@ from quarc_ref.rendering.matrix_kernels import (
     multiply_vector_transposed,
 )
 
-LOW_PASS = np.float32(0.3)
 MIN_ALPHA = np.float32(1 / 255)
 SLOPE_MARGIN_FRACTION = np.float32(0.15)  # relative to the picture size
 # Copies of SPEC 3.1: kernels import no constants, because numba would not compile them again
@@ -166,9 +166,9 @@ def _project_axes(camera, rotation, scales, i, x, y, z):
 def _covariance(camera, rotation, scales, i, x, y, z):
     _, u, v = _project_axes(camera, rotation, scales, i, x, y, z)
     return (
-        u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS,
+        u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + camera[22],
         u[0] * v[0] + u[1] * v[1] + u[2] * v[2],
-        v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + LOW_PASS,
+        v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + camera[23],
     )
 
 
@@ -185,9 +185,9 @@ def _covariance_backward(
     """Store the gradients of quaternion and scale; return the gradient of the camera-space mean."""
     rotation = _rotation_matrix(quaternions, i)
     m, u, v = _project_axes(camera, rotation, scales, i, x, y, z)
-    a = u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + LOW_PASS
+    a = u[0] * u[0] + u[1] * u[1] + u[2] * u[2] + camera[22]
     b = u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
-    c = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + LOW_PASS
+    c = v[0] * v[0] + v[1] * v[1] + v[2] * v[2] + camera[23]
     inverse_det = _1 / (a * c - b * b)
     ca, cb, cc = c * inverse_det, -b * inverse_det, a * inverse_det
     ga, gb, gc = g_conics[i, 0], g_conics[i, 1], g_conics[i, 2]

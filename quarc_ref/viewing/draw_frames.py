@@ -12,6 +12,7 @@ import numpy as np
 from quarc_ref.datasets.capture import Image
 from quarc_ref.decoder import Scene, Splats, dequantize
 from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.magnification import Magnification, measure_magnification
 from quarc_ref.rendering.pictures import render_bands
 from quarc_ref.streams import Source, decode
 from quarc_ref.viewing.paths.pose import PlannedPicture
@@ -20,13 +21,18 @@ Rendering = TypeVar("Rendering")
 
 
 def draw_frames(
-    source: Source, camera: Camera, start: int = 0, stop: int | None = None
+    source: Source,
+    camera: Camera,
+    magnification: Magnification,
+    start: int = 0,
+    stop: int | None = None,
 ) -> Iterator[tuple[int, Image]]:
     """Render the frames of a stream for a camera.
 
     Args:
         source: A stream.
         camera: The camera.
+        magnification: Size of its pictures relative to the capture.
         start: Ordinal of the first frame.
         stop: Ordinal after the last frame; None to render to the end.
 
@@ -38,13 +44,14 @@ def draw_frames(
         SourceError: The file, pipe or server cannot be read.
     """
     for scene in decode(source, start, stop):
-        yield scene.frame, draw_picture(dequantize(scene), camera)
+        yield scene.frame, draw_picture(dequantize(scene), camera, magnification)
 
 
 def draw_planned_pictures(
     source: Source,
     planned_pictures: Sequence[PlannedPicture],
-    draw: Callable[[Splats, Camera], Rendering],
+    draw: Callable[[Splats, Camera, Magnification], Rendering],
+    capture_cameras: Sequence[Camera],
     stop: int | None = None,
 ) -> Iterator[Rendering]:
     """Render planned pictures.
@@ -52,7 +59,8 @@ def draw_planned_pictures(
     Args:
         source: A stream with the frames of all planned pictures.
         planned_pictures: Pictures to render, in playback order; at least one.
-        draw: Function that renders a frame for a camera.
+        draw: Function that renders a frame for a camera at a magnification.
+        capture_cameras: Cameras of the stream, to which magnifications are relative.
         stop: Ordinal after the last frame to decode; it may be after the frame of the last
             planned picture. None to decode to the end of the stream.
 
@@ -68,14 +76,15 @@ def draw_planned_pictures(
     for planned_picture in planned_pictures:
         while scene is None or scene.frame < planned_picture.frame:
             scene = next(scenes)
-        yield draw(dequantize(scene), planned_picture.camera)
+        camera = planned_picture.camera
+        yield draw(dequantize(scene), camera, measure_magnification(camera, capture_cameras))
     next(scenes, None)
 
 
-def draw_picture(splats: Splats, camera: Camera) -> Image:
+def draw_picture(splats: Splats, camera: Camera, magnification: Magnification) -> Image:
     """Render an sRGB picture `[H, W, 3]` in bands, to save memory."""
     picture = np.empty((camera.height, camera.width, 3), dtype=np.uint8)
-    for top, rows in render_bands(splats, camera):
+    for top, rows in render_bands(splats, camera, magnification):
         np.clip(rows, 0, 1, out=rows)
         rows *= 255
         rows += np.float32(0.5)

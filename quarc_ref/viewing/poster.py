@@ -2,6 +2,7 @@
 
 from quarc_ref.datasets.video_writer import build_jpeg
 from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.magnification import measure_magnification
 from quarc_ref.streams import Source
 from quarc_ref.viewing.draw_frames import draw_frames
 from quarc_ref.viewing.outline import compute_scaled_height, resize_camera
@@ -25,5 +26,7 @@ def draw_poster(source: Source, camera: Camera) -> bytes | None:
     width = min(camera.width, _MAX_SIDE, max(1, camera.width * _MAX_SIDE // camera.height))
     if compute_scaled_height(camera, width) > _MAX_SIDE:
         return None
-    _, picture = next(draw_frames(source, resize_camera(camera, width)))
+    resized_camera = resize_camera(camera, width)
+    magnification = measure_magnification(resized_camera, [camera])
+    _, picture = next(draw_frames(source, resized_camera, magnification))
     return build_jpeg(picture)

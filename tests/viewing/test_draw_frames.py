@@ -1,6 +1,7 @@
 import numpy as np
 
 from quarc_ref.decoder import dequantize
+from quarc_ref.rendering.magnification import UNMAGNIFIED
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import BytesSource
 from quarc_ref.viewing.draw_frames import draw_frames
@@ -9,7 +10,7 @@ from tests.small_streams import CAMERA, make_stream
 
 def test_pictures_equal_those_of_evaluation_up_to_rounding():
     data, states = make_stream()
-    pictures = dict(draw_frames(BytesSource(data), CAMERA, 1, 3))
+    pictures = dict(draw_frames(BytesSource(data), CAMERA, UNMAGNIFIED, 1, 3))
 
     assert list(pictures) == [1, 2]
     for frame, picture in pictures.items():

@@ -22,6 +22,8 @@ uniform mat3 rotation;    // R
 uniform vec3 translation; // t
 uniform vec3 center;      // position of the eye in the world
 uniform vec2 focal, principal, size;
+uniform vec2 lowPass;     // variance of the low-pass filter in x and y, pixels
+uniform vec2 trainedLowPass; // the same for a picture of the capture, magnified to this picture
 uniform float nearest;
 uniform float unit;       // world units per lattice unit
 uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
@@ -72,9 +74,17 @@ void main() {
   vec2 slope = clamp(seen.xy / seen.z, (-margin - principal) / focal, (size + margin - principal) / focal);
   vec3 u = focal.x / seen.z * (axes[0] - slope.x * axes[2]) * deviations;
   vec3 v = focal.y / seen.z * (axes[1] - slope.y * axes[2]) * deviations;
-  float a = dot(u, u) + 0.3, b = dot(u, v), c = dot(v, v) + 0.3;
+  float a = dot(u, u), b = dot(u, v), c = dot(v, v);
+  float trainedDet = (a + trainedLowPass.x) * (c + trainedLowPass.y) - b * b;
+  a += lowPass.x;
+  c += lowPass.y;
   float det = a * c - b * b;
   if (!(det > 0.0 && det < LARGEST)) return;
+  if (lowPass != trainedLowPass) { // smaller pictures than those of the capture
+    opacity *= sqrt(clamp(trainedDet / det, 0.0, 1.0));
+    reach = log(255.0 * opacity);
+    if (!(reach > 0.0)) return;
+  }
 
   // The axes of the ellipse. Two formulas give the longer axis; use the formula without cancellation.
   float half_ = 0.5 * (a - c), root = length(vec2(half_, b));

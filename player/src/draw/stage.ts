@@ -82,6 +82,13 @@ export class Stage {
     this.#sortDirection = null;
   }
 
+  /** Use cameras that come after the beginning of a stream. */
+  update(info: StreamInfo): void {
+    this.#info = info;
+    if (this.#painter !== null) this.#painter.captureCameras = info.cameras;
+    this.#requestDrawing();
+  }
+
   /** Sort a frame, and then show it. */
   show(packet: FramePacket): void {
     this.#pendingPacket = packet;

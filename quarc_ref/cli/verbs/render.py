@@ -134,9 +134,8 @@ def render(
             plan = _choose_planned_pictures(outline, render_camera, frame_range, path, pictures)
             draw: Callable[..., Any] = render_depth if depth else draw_picture
             stop = frame_range[1] if path is None else plan[-1].frame + 1
-            rendered: Iterator[Any] = _report_progress(
-                draw_planned_pictures(source, plan, draw, stop), progress, len(plan)
-            )
+            pictures_drawn = draw_planned_pictures(source, plan, draw, outline.cameras, stop)
+            rendered: Iterator[Any] = _report_progress(pictures_drawn, progress, len(plan))
             if depth:
                 result = write_depths(zip(plan, rendered, strict=True), output, kind, force=force)
             elif kind == "mp4" or kind == "webm":
