@@ -8,17 +8,23 @@ import { readRoom, readVector } from "./server.js";
 
 const MIN_DB = { float: 45, bytes: 40 } as const;
 
+interface Comparison {
+  readonly camera: string;
+  readonly path: string;
+  readonly format: "float" | "bytes";
+  /** Distance by which the camera is moved ahead, world units. */
+  readonly ahead?: number;
+}
+
 /** Return the PSNR between a PNG and the player's picture from a camera, of the same size. Runs on the page. */
-async function computePsnr(
-  player: PlayerElement,
-  { camera, path, format }: { camera: string; path: string; format: "float" | "bytes" },
-): Promise<number> {
+async function computePsnr(player: PlayerElement, { camera, path, format, ahead = 0 }: Comparison): Promise<number> {
   const image = await createImageBitmap(await (await fetch(path)).blob());
   const eye = player.player!.cameras.find(({ name }) => name === camera)!;
   const [scaleX, scaleY] = [image.width / eye.width, image.height / eye.height];
   const size = { width: image.width, height: image.height };
   const lens = { fx: eye.fx * scaleX, fy: eye.fy * scaleY, cx: eye.cx * scaleX, cy: eye.cy * scaleY };
-  const picture = await player.player!.takePicture({ ...eye, ...size, ...lens }, format);
+  const [x = 0, y = 0, z = 0] = eye.translation;
+  const picture = await player.player!.takePicture({ ...eye, ...size, ...lens, translation: [x, y, z - ahead] }, format);
   const canvas = new OffscreenCanvas(image.width, image.height);
   const context = canvas.getContext("2d");
   context?.drawImage(image, 0, 0);
@@ -64,11 +70,11 @@ async function checkPictures(
   stream: Uint8Array,
   cameras: string[],
   frames: number[],
-  width?: number,
+  options: string[] = [],
 ): Promise<void> {
   const files: Record<string, Uint8Array> = {};
   for (const camera of cameras) {
-    const pictures = renderReference(stream, camera, width);
+    const pictures = renderReference(stream, camera, options);
     for (const frame of frames) files[`/${camera}-${frame}.png`] = pictures[frame]!;
   }
   await using page = await PlayerPage.open({ stream, files });
@@ -93,9 +99,30 @@ browserTest("pictures match those of quarc-ref render", async (context) => {
 for (const width of [48, 400]) {
   browserTest(`pictures that are ${width} instead of 160 pixels wide match, too`, async (context) => {
     if (referenceSkipReason) return context.skip(referenceSkipReason);
-    await checkPictures(context, readRoom(), ["front"], [0, 11], width);
+    await checkPictures(context, readRoom(), ["front"], [0, 11], ["--width", String(width)]);
   });
 }
+
+browserTest("pictures of a camera that approaches the scene or leaves it match, too", async (context) => {
+  if (referenceSkipReason) return context.skip(referenceSkipReason);
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const { rotation, translation, height, fy } = await page.run(({ player }) => player!.cameras[0]!);
+  const toWorld = (point: number[]): number[] =>
+    [0, 1, 2].map((axis) => point.reduce((sum, value, row) => sum + rotation[3 * row + axis]! * (value - translation[row]!), 0));
+  const fov = (360 / Math.PI) * Math.atan(height / 2 / fy);
+  for (const ahead of [-1, 1]) {
+    const [position, target] = [toWorld([0, 0, ahead]), toWorld([0, 0, ahead + 1])];
+    const up = toWorld([0, -1, ahead]).map((value, axis) => value - position[axis]!);
+    const keyframes = [{ time: 0, position, target, up, fov }];
+    const path = JSON.stringify({ schema: "quarc-ref/camera-path/1", keyframes });
+    const [png] = renderReference(readRoom(), "front", ["--frames", "0", "--width", "320"], path);
+    page.server.setOptions({ files: { "/moved.png": png! } });
+    const psnr = await page.run(computePsnr, { camera: "front", path: "moved.png", format: "float", ahead });
+    context.diagnostic(`${ahead} ahead: ${psnr.toFixed(1)} dB`);
+    assert.ok(psnr >= MIN_DB.float, `${ahead} ahead: ${psnr} dB`);
+  }
+});
 
 browserTest("pictures of fewer Gaussians than the player draws at once match, too", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);

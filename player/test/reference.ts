@@ -15,18 +15,21 @@ export const referenceSkipReason =
   python === null && "quarc_ref and its renderer are not installed: set QUARC_PYTHON to a Python that has them";
 
 /**
- * Render all frames of a stream from a camera with quarc-ref, by default in the size of the camera's pictures; return
- * the PNGs in the order of the frames.
+ * Render all frames of a stream from a camera with quarc-ref; return the PNGs in their order.
+ *
+ * `options` are further options of `quarc-ref render`, and `path` is the content of a file for `--path`.
  */
-export function renderReference(stream: Uint8Array, camera: string, width?: number): Uint8Array[] {
-  const digest = createHash("sha256").update(stream).digest("hex").slice(0, 16);
-  const streamPath = join(CACHE_FOLDER, `${digest}.quarc`);
-  const folder = join(CACHE_FOLDER, [digest, camera, ...(width === undefined ? [] : [width])].join("-"));
-  const size = width === undefined ? [] : ["--width", String(width)];
+export function renderReference(stream: Uint8Array, camera: string, options: readonly string[] = [], path = ""): Uint8Array[] {
+  const digest = createHash("sha256").update(stream).update([...options, path].join("\n")).digest("hex").slice(0, 16);
+  const [streamPath, pathPath] = ["quarc", "json"].map((suffix) => join(CACHE_FOLDER, `${digest}.${suffix}`)) as [string, string];
+  const folder = join(CACHE_FOLDER, `${digest}-${camera}`);
+  const pathOptions = path === "" ? [] : ["--path", pathPath];
   if (!existsSync(folder)) {
     mkdirSync(CACHE_FOLDER, { recursive: true });
     writeFileSync(streamPath, stream);
-    runPython(["-m", "quarc_ref", "render", streamPath, "--camera", camera, ...size, "--to", "png", "-o", folder, "--quiet"]);
+    writeFileSync(pathPath, path);
+    const allOptions = ["--camera", camera, ...options, ...pathOptions, "--to", "png", "-o", folder, "--quiet"];
+    runPython(["-m", "quarc_ref", "render", streamPath, ...allOptions]);
   }
   const names = readdirSync(folder).filter((name) => name.endsWith(".png"));
   return names.sort().map((name) => readFileSync(join(folder, name)));

@@ -93,6 +93,6 @@ def _project(splats: Splats, camera: Camera, magnification: Magnification) -> Pr
     missing_count = SH_COEFFICIENT_COUNT - sh.shape[1]
     sh = np.pad(sh, ((0, 0), (0, missing_count), (0, 0))) if missing_count else sh
     gaussians = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
-    projection = project(camera, gaussians, magnification.low_pass)
-    projection = magnification.preserve_energy(projection)
+    projection = project(camera, gaussians, magnification.max_low_pass)
+    projection = magnification.filter(projection, splats.positions, camera)
     return projection.take(sort_by_depth(projection))

@@ -38,9 +38,20 @@ def test_without_cameras_pictures_are_not_magnified():
 
 
 def test_the_filter_grows_with_a_picture_but_does_not_shrink():
-    low_pass = Magnification(3.0, 0.5).low_pass
+    low_pass = Magnification(3.0, 0.5).max_low_pass
 
     assert low_pass == pytest.approx((0.3 * 9, 0.3))
+
+
+def test_the_nearest_cameras_determine_the_center_of_the_capture():
+    left, right = (replace(CAMERA, translation=(-x, 0, 2)) for x in (-1.0, 1.0))
+    camera = replace(CAMERA, translation=(-0.5, 0, 0))  # 1.5 and 0.5 to the side, and 2 ahead
+
+    center = measure_magnification(camera, [left, right]).center
+
+    weight = (2.5**2 / 17 * 4) ** 4
+    assert center == pytest.approx(((weight - 1) / (weight + 1), 0, -2))
+    assert measure_magnification(left, [left, right]).center is None
 
 
 @pytest.fixture(scope="module")
@@ -81,6 +92,21 @@ def test_a_smaller_picture_shows_what_the_capture_shows(thin_splats, factor):
     expected = _shrink(render_picture(thin_splats, CAMERA), factor)
     scaled = render_picture(thin_splats, small_camera, magnification)
     unscaled = render_picture(thin_splats, small_camera)
+
+    assert np.abs(scaled - expected).mean() < 0.5 * np.abs(unscaled - expected).mean()
+
+
+def test_from_nearby_gaussians_keep_their_filter_relative_to_the_scene(thin_splats):
+    near_camera = replace(CAMERA, translation=(0, 0, -0.01))  # 4.5 from the Gaussians becomes 2.5
+    far_camera = replace(CAMERA, fx=CAMERA.fx * 4.54 / 2.54, fy=CAMERA.fy * 4.54 / 2.54)
+    expected, scaled, unscaled = (
+        render_picture(thin_splats, camera, magnification)
+        for camera, magnification in (
+            (far_camera, measure_magnification(far_camera, [CAMERA])),
+            (near_camera, measure_magnification(near_camera, [CAMERA])),
+            (near_camera, UNMAGNIFIED),
+        )
+    )
 
     assert np.abs(scaled - expected).mean() < 0.5 * np.abs(unscaled - expected).mean()
 

@@ -1,20 +1,40 @@
-/** The size of a picture's pixels relative to those of the capture, for its low-pass filter (SPEC 10.3). */
+/** The size of a picture relative to pictures of the capture, for the low-pass filter (SPEC 10.3). */
 
-import type { Eye } from "./eye.js";
+import { eyeCenter, type Eye, type Vector } from "./eye.js";
 
-/**
- * Return the focal lengths of an eye in x and y, each divided by the nearest one in the range of the capture's cameras:
- * 1 within the range, and if there are no cameras.
- */
-export function measureMagnification(eye: Eye, cameras: readonly Eye[]): [number, number] {
-  if (cameras.length === 0) return [1, 1];
-  return [
-    divideByRange(eye.fx, cameras.map(({ fx }) => fx)),
-    divideByRange(eye.fy, cameras.map(({ fy }) => fy)),
-  ];
+const WEIGHT_EXPONENT = -8; // of the distance to a capture camera
+
+export interface Magnification {
+  /** The focal lengths, divided by the nearest ones in the ranges of the capture's cameras. */
+  readonly x: number;
+  readonly y: number;
+  /** The point from which the capture saw the scene in a similar way. */
+  readonly center: Vector;
+}
+
+/** Return the magnification of an eye's picture; without cameras, nothing is magnified. */
+export function measureMagnification(eye: Eye, cameras: readonly Eye[]): Magnification {
+  if (cameras.length === 0) return { x: 1, y: 1, center: eyeCenter(eye) };
+  return {
+    x: divideByRange(eye.fx, cameras.map(({ fx }) => fx)),
+    y: divideByRange(eye.fy, cameras.map(({ fy }) => fy)),
+    center: findCaptureCenter(eyeCenter(eye), cameras.map(eyeCenter)),
+  };
 }
 
 function divideByRange(focalLength: number, captureFocalLengths: readonly number[]): number {
   const nearest = Math.max(Math.min(focalLength, Math.max(...captureFocalLengths)), Math.min(...captureFocalLengths));
   return focalLength / nearest;
+}
+
+/** Return the mean of the centers of capture cameras, of which the nearest weigh most. */
+function findCaptureCenter(center: Vector, captureCenters: readonly Vector[]): Vector {
+  const distances = captureCenters.map((other) => Math.hypot(...other.map((value, axis) => value - center[axis]!)));
+  const minDistance = Math.min(...distances);
+  if (!(minDistance > 0)) return center;
+  const weights = distances.map((distance) => (distance / minDistance) ** WEIGHT_EXPONENT);
+  const weightSum = weights.reduce((sum, weight) => sum + weight, 0);
+  const mean = (axis: 0 | 1 | 2): number =>
+    weights.reduce((sum, weight, index) => sum + weight * captureCenters[index]![axis], 0) / weightSum;
+  return [mean(0), mean(1), mean(2)];
 }

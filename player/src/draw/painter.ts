@@ -15,7 +15,6 @@ import { SlotTextures } from "./slot-textures.js";
 import { INSTANCE_SPLATS, samplerNames, SPLAT_FRAGMENT_SHADER, splatVertexShader } from "./splat-shaders.js";
 
 const NEAR_FRACTION = 0.8; // SPEC 3.1
-const LOW_PASS = 0.3; // variance of the low-pass filter in pixels, SPEC 10.3
 const SLOT_VECTORS = INSTANCE_SPLATS / 4; // vertex attributes that contain the slots of an instance
 const CORNERS_OF_TRIANGLES = [0, 1, 2, 2, 1, 3];
 /** The corners of the triangles of an instance; a splat has two triangles and four corners. */
@@ -150,10 +149,9 @@ export class Painter {
     gl.uniform2f(this.#findUniform("focal"), eye.fx, eye.fy);
     gl.uniform2f(this.#findUniform("principal"), eye.cx, eye.cy);
     gl.uniform2f(this.#findUniform("size"), eye.width, eye.height);
-    const magnifications = measureMagnification(eye, this.captureCameras);
-    const [trainedX = 0, trainedY = 0] = magnifications.map((factor) => LOW_PASS * factor ** 2);
-    gl.uniform2f(this.#findUniform("trainedLowPass"), trainedX, trainedY);
-    gl.uniform2f(this.#findUniform("lowPass"), Math.max(LOW_PASS, trainedX), Math.max(LOW_PASS, trainedY));
+    const magnification = measureMagnification(eye, this.captureCameras);
+    gl.uniform2f(this.#findUniform("magnification"), magnification.x, magnification.y);
+    gl.uniform3fv(this.#findUniform("captureCenter"), magnification.center);
     gl.uniform1f(this.#findUniform("nearest"), NEAR_FRACTION * eye.near);
     gl.uniform1ui(this.#findUniform("count"), this.#splatCount);
   }

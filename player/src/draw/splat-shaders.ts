@@ -22,8 +22,8 @@ uniform mat3 rotation;    // R
 uniform vec3 translation; // t
 uniform vec3 center;      // position of the eye in the world
 uniform vec2 focal, principal, size;
-uniform vec2 lowPass;     // variance of the low-pass filter in x and y, pixels
-uniform vec2 trainedLowPass; // the same for a picture of the capture, magnified to this picture
+uniform vec2 magnification; // of the picture, relative to pictures of the capture
+uniform vec3 captureCenter; // point from which the capture saw the scene in a similar way
 uniform float nearest;
 uniform float unit;       // world units per lattice unit
 uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
@@ -38,6 +38,8 @@ flat out float reach;     // the exponent on the ellipse
 
 const vec4 NOWHERE = vec4(2.0, 2.0, 2.0, 1.0);
 const float LARGEST = 3.0e38;
+const float LOW_PASS = 0.3;     // variance of the low-pass filter, pixels
+const float MAX_APPROACH = 4.0; // the filter follows the distance up to this factor
 
 mat3 turn(vec4 q) { // q is x, y, z and w of the quaternion
   vec3 d = q.xyz * q.xyz, s = q.yzx * q.zxy, t = q.xyz * q.w;
@@ -74,13 +76,17 @@ void main() {
   vec2 slope = clamp(seen.xy / seen.z, (-margin - principal) / focal, (size + margin - principal) / focal);
   vec3 u = focal.x / seen.z * (axes[0] - slope.x * axes[2]) * deviations;
   vec3 v = focal.y / seen.z * (axes[1] - slope.y * axes[2]) * deviations;
+  float approach = distance(world, captureCenter) / distance(world, center);
+  vec2 scales = magnification * clamp(approach, 1.0 / MAX_APPROACH, MAX_APPROACH);
+  vec2 trainedLowPass = LOW_PASS * scales * scales;
+  vec2 lowPass = max(vec2(LOW_PASS), trainedLowPass);
   float a = dot(u, u), b = dot(u, v), c = dot(v, v);
   float trainedDet = (a + trainedLowPass.x) * (c + trainedLowPass.y) - b * b;
   a += lowPass.x;
   c += lowPass.y;
   float det = a * c - b * b;
   if (!(det > 0.0 && det < LARGEST)) return;
-  if (lowPass != trainedLowPass) { // smaller pictures than those of the capture
+  if (lowPass != trainedLowPass) { // wider than in training
     opacity *= sqrt(clamp(trainedDet / det, 0.0, 1.0));
     reach = log(255.0 * opacity);
     if (!(reach > 0.0)) return;
