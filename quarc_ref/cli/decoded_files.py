@@ -1,16 +1,17 @@
 """Input and output of `decode`: reads scenes of a stream, and writes files."""
 
 from collections.abc import Iterator
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.output import print_fields, print_json, print_message
 from quarc_ref.export.table import ExportFormat
 
 if TYPE_CHECKING:
     from quarc_ref.cli.targets import SingleFrameFile
-    from quarc_ref.decoder import Scene
+    from quarc_ref.decoder import Scene, Splats
     from quarc_ref.export.clip import Clip
     from quarc_ref.export.table import FrameSequence
     from quarc_ref.files import OutputFolder
@@ -73,6 +74,7 @@ class FrameWriter:
     Args:
         export: Format of the files.
         with_sidecar: Whether `sequence.json` is written to the folder of the frames.
+        bakes_filter: Whether the scales of Gaussians get the low-pass filter of the capture.
 
     Attributes:
         frame_count: Number of frames so far.
@@ -80,23 +82,32 @@ class FrameWriter:
         gaps: Gaps of the stream.
     """
 
-    def __init__(self, export: ExportFormat, *, with_sidecar: bool) -> None:
+    def __init__(
+        self, export: ExportFormat, *, with_sidecar: bool, bakes_filter: bool = False
+    ) -> None:
         self.frame_count = 0
         self.file_names: list[str] = []
         self.gaps: list[Gap] = []
         self._export = export
         self._with_sidecar = with_sidecar
+        self._bakes_filter = bakes_filter
         self._sidecar: str | None = None
         self._sequence: FrameSequence | None = None
 
     def add(self, target: "OutputFolder | SingleFrameFile", scene: "Scene", clip: "Clip") -> None:
-        """Write a frame to its file, or add it to the single file of all frames."""
+        """Write a frame to its file, or add it to the single file of all frames.
+
+        Raises:
+            UsageError: The low-pass filter is requested, but the stream has no cameras.
+        """
         from quarc_ref.export.clip import Frame
 
         if self._with_sidecar and self._sidecar is None:
             self._write_sidecar(target, scene.frame, clip)
         self.frame_count += 1
         frame = Frame.from_scene(scene)
+        if self._bakes_filter:
+            frame = replace(frame, splats=_bake_filter(frame.splats, clip))
         if self._export.is_sequence:
             self._sequence = self._sequence or self._export.begin(clip)
             self._sequence.add(frame)
@@ -143,6 +154,15 @@ class FrameWriter:
             else f"frame_{{frame:04}}.{self._export.suffix}"
         )
         self._sidecar = target.write(SIDECAR_NAME, build_sidecar(clip, pattern, first_frame)).name
+
+
+def _bake_filter(splats: "Splats", clip: "Clip") -> "Splats":
+    from quarc_ref.export.bake_filter import bake_filter
+
+    if not clip.cameras:
+        message = "--bake-filter needs the cameras of the capture, but the stream has none"
+        raise UsageError(message)
+    return bake_filter(splats, clip.cameras)
 
 
 def _report_gap(gap: "Gap") -> None:

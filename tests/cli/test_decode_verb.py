@@ -1,4 +1,5 @@
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -6,9 +7,10 @@ import pytest
 from quarc_ref.cli import output
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.arrays_npz import build_npz
+from quarc_ref.export.bake_filter import bake_filter
 from quarc_ref.export.gaussian_ply import build_ply
 from tests.cli.commands import list_names, make_folder, read_json, run, run_json
-from tests.small_streams import make_stream
+from tests.small_streams import CAMERA, make_stream
 
 
 @pytest.mark.parametrize("kind", ["ply", "npz"])
@@ -25,6 +27,24 @@ def test_decode_writes_the_output_of_the_exporters_for_every_frame(
         splats = dequantize(state.scene)
         expected_data = build_ply(splats) if kind == "ply" else build_npz(state.scene, splats)
         assert (tmp_path / "out" / name).read_bytes() == expected_data
+
+
+def test_the_low_pass_filter_of_the_capture_is_baked_on_request(
+    stream_file, small_stream, tmp_path
+):
+    run_json("decode", stream_file, "-o", tmp_path / "a.ply", "--frames", "2", "--bake-filter")
+
+    splats = bake_filter(dequantize(small_stream.states[2].scene), [CAMERA])
+    assert (tmp_path / "a.ply").read_bytes() == build_ply(splats)
+
+
+def test_without_cameras_the_filter_is_unknown(tmp_path):
+    stream = Path(__file__).parents[2] / "conformance" / "streams" / "births-and-deaths.quarc"
+    result = run("decode", stream, "-o", tmp_path / "out", "--bake-filter")
+
+    assert result.exit_code == 2
+    assert "--bake-filter needs the cameras of the capture" in result.stderr
+    assert list_names(tmp_path) == []
 
 
 @pytest.mark.parametrize(

@@ -74,6 +74,14 @@ def decode_frames(
             "--recover", help="Continue decoding after damage, and report the lost frames."
         ),
     ] = False,
+    bakes_filter: Annotated[
+        bool,
+        typer.Option(
+            "--bake-filter",
+            help="Add the low-pass filter of the capture's pictures to the scales of Gaussians, "
+            "for viewers with a much higher resolution than the capture.",
+        ),
+    ] = False,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -96,7 +104,7 @@ def decode_frames(
             output.suffix.lower().removeprefix(".") if is_single_file else to or "ply"
         ]
         export.require_library()
-        writer = FrameWriter(export, with_sidecar=not is_single_file)
+        writer = FrameWriter(export, with_sidecar=not is_single_file, bakes_filter=bakes_filter)
         open_target = (
             open_output_frame if is_single_file else growing_folder if follow else written_folder
         )
