@@ -42,8 +42,8 @@ class Magnification:
     def max_low_pass(self) -> tuple[float, float]:
         """Maximum variances of the low-pass filter in x and y, in pixels."""
         approach = 1.0 if self.center is None else _MAX_APPROACH
-        x, y = (LOW_PASS * max(1.0, approach * factor) ** 2 for factor in (self.x, self.y))
-        return x, y
+        x, y = (max(1.0, approach * factor) for factor in (self.x, self.y))
+        return LOW_PASS * x * x, LOW_PASS * y * y  # infinite, not an error, if too large
 
     def filter(self, projection: Projection, positions: Float32, camera: Camera) -> Projection:
         """Replace the low-pass filter of projected Gaussians by the one for their distances.
@@ -64,7 +64,7 @@ class Magnification:
             b = -inverse_b * det
             c = inverse_a * det - self.max_low_pass[1]
             approach = self._measure_approach(positions, camera)
-            trained_x, trained_y = (LOW_PASS * (k * approach) ** 2 for k in (self.x, self.y))
+            trained_x, trained_y = (LOW_PASS * np.square(k * approach) for k in (self.x, self.y))
             trained_det = (a + trained_x) * (c + trained_y) - b**2
             a += np.maximum(LOW_PASS, trained_x)
             c += np.maximum(LOW_PASS, trained_y)

@@ -118,6 +118,10 @@ def test_gaussians_that_become_too_faint_are_not_rendered(thin_splats):
     assert render_depth(points, CAMERA, Magnification(1e-3, 1e-3))[1].max() == 0
 
 
+def test_gaussians_that_become_too_large_are_not_rendered(thin_splats):
+    assert render_picture(thin_splats, CAMERA, Magnification(1e200, 1e200)).max() == 0
+
+
 def test_a_picture_of_the_capture_does_not_change(thin_splats):
     magnification = measure_magnification(CAMERA, [CAMERA])
 
