@@ -34,7 +34,7 @@ ALLOWED_FLOATS = {
     "decoder/dequantize.py": {"literal", "float", "float32", "Float32"},
     # An estimate of a root or quotient, corrected by integer comparisons (SPEC 4.2, 4.3).
     "format/arithmetic.py": {"sqrt", "float64"},
-    # SH_C0, SH_C1 and NEAR_FRACTION, only for pictures (SPEC 10.2, 10.3).
+    # SH_C0, SH_C1, NEAR_FRACTION and LOW_PASS, only for pictures (SPEC 10.2, 10.3).
     "format/constants.py": {"literal"},
     # constriction takes its integer weights as doubles, which are exact (SPEC 8.3).
     "format/coding/entropy.py": {"float64"},

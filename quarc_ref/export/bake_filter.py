@@ -13,8 +13,7 @@ import numpy as np
 from quarc_ref.datasets.camera_geometry import project_points
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.cameras import Camera
-
-_LOW_PASS = 0.3  # variance in pixels (SPEC 10.3)
+from quarc_ref.format.constants import LOW_PASS
 
 
 def bake_filter(splats: Splats, cameras: Sequence[Camera]) -> Splats:
@@ -36,6 +35,6 @@ def bake_filter(splats: Splats, cameras: Sequence[Camera]) -> Splats:
     if not is_visible.any():
         return splats
     pixel_sizes[~is_visible] = np.median(pixel_sizes[is_visible])
-    log_filter = np.log(np.sqrt(_LOW_PASS) * pixel_sizes)[:, None]
+    log_filter = np.log(np.sqrt(LOW_PASS) * pixel_sizes)[:, None]
     log_scales = np.logaddexp(2 * splats.log_scales, 2 * log_filter) / 2
     return replace(splats, log_scales=log_scales.astype(np.float32))

@@ -69,6 +69,8 @@ SH_C1: Final = 0.4886025119029199
 
 # SPEC 10.3: a Gaussian is not drawn if its depth is below this fraction of a camera's `near`
 NEAR_FRACTION: Final = 0.8
+# SPEC 10.3: variance of the low-pass filter of pictures, pixels
+LOW_PASS: Final = 0.3
 
 # SPEC 5.3: number of codes of a Gaussian, by attribute
 LOG_SCALE_PLANES: Final = 3

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.format.cameras import Camera
-from quarc_ref.rendering.pipeline import LOW_PASS
+from quarc_ref.format.constants import LOW_PASS
 from quarc_ref.rendering.pipeline_data import Float32, Projection
 from quarc_ref.rendering.projection_kernels import MIN_ALPHA
 
@@ -30,8 +30,8 @@ class Magnification:
     Attributes:
         x: Focal length in x, divided by the nearest one of the capture's range; 1 within the range.
         y: The same for y.
-        center: Point from which the capture saw the scene in a similar way, world units; None if
-            the picture is seen from a camera of the capture.
+        center: Mean center of the capture's cameras, of which the nearest weigh most, world units;
+            None if the picture is seen from the center of one of them.
     """
 
     x: float = 1.0

@@ -12,7 +12,7 @@ import numpy as np
 
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.constants import NEAR_FRACTION
+from quarc_ref.format.constants import LOW_PASS, NEAR_FRACTION
 from quarc_ref.rendering import binning_kernels, projection_kernels, raster_kernels
 from quarc_ref.rendering.binning_kernels import TILE
 from quarc_ref.rendering.pipeline_data import (
@@ -26,9 +26,6 @@ from quarc_ref.rendering.pipeline_data import (
 )
 
 KERNEL_LOCK = threading.Lock()
-
-
-LOW_PASS = 0.3  # variance of the low-pass filter, in pixels
 
 
 @lru_cache(maxsize=256)

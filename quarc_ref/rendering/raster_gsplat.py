@@ -12,7 +12,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.constants import NEAR_FRACTION
+from quarc_ref.format.constants import LOW_PASS, NEAR_FRACTION
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 
@@ -60,7 +60,7 @@ class GsplatRasterizer:
             camera.width,
             camera.height,
             near_plane=NEAR_FRACTION * camera.near,
-            eps2d=0.3,
+            eps2d=LOW_PASS,
             sh_degree=1,
             packed=False,
             backgrounds=background[None],

@@ -8,11 +8,10 @@ import torch
 from torch import Tensor
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.constants import NEAR_FRACTION, SH_C0, SH_C1
+from quarc_ref.format.constants import LOW_PASS, NEAR_FRACTION, SH_C0, SH_C1
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 _TILE = 16
-_LOW_PASS = 0.3
 _SLOPE_MARGIN_FRACTION = 0.15
 _MIN_ALPHA = 1 / 255
 _MIN_TRANSMITTANCE = 1e-4
@@ -81,7 +80,7 @@ def _project_covariances(
         camera.fy / z[:, None] * (axes[:, 1] - slope_y[:, None] * axes[:, 2]),
     ]
     projected_axes = torch.stack(rows, dim=1)
-    low_pass = _LOW_PASS * torch.eye(2, dtype=z.dtype, device=z.device)
+    low_pass = LOW_PASS * torch.eye(2, dtype=z.dtype, device=z.device)
     return projected_axes @ projected_axes.transpose(1, 2) + low_pass
 
 

@@ -8,7 +8,7 @@ export interface Magnification {
   /** The focal lengths, divided by the nearest ones in the ranges of the capture's cameras. */
   readonly x: number;
   readonly y: number;
-  /** The point from which the capture saw the scene in a similar way. */
+  /** The mean center of the capture's cameras, of which the nearest weigh most. */
   readonly center: Vector;
 }
 

@@ -130,7 +130,7 @@ uniform vec3 translation; // t
 uniform vec3 center;      // position of the eye in the world
 uniform vec2 focal, principal, size;
 uniform vec2 magnification; // of the picture, relative to pictures of the capture
-uniform vec3 captureCenter; // point from which the capture saw the scene in a similar way
+uniform vec3 captureCenter; // mean center of the cameras of the capture
 uniform float nearest;
 uniform float unit;       // world units per lattice unit
 uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
