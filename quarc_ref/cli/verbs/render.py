@@ -114,8 +114,9 @@ def render(
 ) -> None:
     """Render a stream from one of its cameras, as a video or a folder of PNG files.
 
-    The pictures are those that `eval` measures, rounded to 8 bits. Videos are encoded as H.264 with
-    CRF 6, or as VP9 with CRF 12. With --path, the camera moves while the stream plays.
+    From a camera and in its own size, pictures are those that `eval` measures, rounded to 8 bits.
+    Videos are encoded as H.264 with CRF 6, or as VP9 with CRF 12. With --path, the camera moves
+    while the stream plays.
     """
     with report_errors(), TerminalProgress(quiet=quiet) as progress:
         from quarc_ref.rendering.pictures import render_depth
