@@ -14,8 +14,8 @@ from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.surrogate import BindingSums, deform
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.learning_rates import canonical_learning_rates
 from quarc_ref.encoder.training.straight_through import (
     position_step,
     translation_step,

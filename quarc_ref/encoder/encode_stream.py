@@ -139,7 +139,7 @@ class _Encoding:
             self.next_frame,
             byte_count,
             context.view_count,
-            config.canonical.iterations,
+            config.canonical.training_steps,
             config.motion.iterations,
             config.births.iterations,
         )

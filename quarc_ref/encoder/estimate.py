@@ -16,8 +16,9 @@ from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.training.canonical import canonical_learning_rates, initialize_from_points
 from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.initialization import initialize_from_points
+from quarc_ref.encoder.training.learning_rates import canonical_learning_rates
 from quarc_ref.encoder.training.trainable import Trainer
 from quarc_ref.format import container
 
@@ -44,9 +45,9 @@ def estimate_encode(
     """
     step_seconds = estimate_step_seconds(context, points, config)
     canonical = config.canonical
-    half_resolution_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
+    saved_share = 1 - _HALF_RESOLUTION_TIME_FACTOR
     first_frame_seconds = step_seconds * (
-        canonical.iterations - half_resolution_steps * (1 - _HALF_RESOLUTION_TIME_FACTOR)
+        canonical.training_steps - canonical.half_resolution_steps * saved_share
     )
     later_frame_count = plan.frames - max(1, plan.first_frame)
     seconds = later_frame_count * estimate_frame_seconds(plan, step_seconds) + (

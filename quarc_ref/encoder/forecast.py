@@ -100,15 +100,15 @@ def _forecast_seconds(
     full_step_seconds, half_step_seconds = (
         estimate_step_seconds(context, capture.points, config) for context in contexts
     )
-    half_steps = min(canonical.half_resolution_until_iter, canonical.iterations)
-    full_steps = canonical.iterations - half_steps
+    half_steps = canonical.half_resolution_steps
+    full_steps = canonical.training_steps - half_steps
     plan = EncodePlan(
         capture.name,
         frame_count,
         first_frame=0,
         byte_count=0,
         views=len(capture.training),
-        canonical_steps=canonical.iterations,
+        canonical_steps=canonical.training_steps,
         motion_steps=config.motion.iterations,
         birth_steps=config.births.iterations,
     )

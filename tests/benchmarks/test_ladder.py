@@ -14,7 +14,7 @@ from ladder.rounding import round_rung, to_splats
 from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from quarc_ref.decoder.dequantize import dequantize
-from quarc_ref.encoder.training.canonical import canonical_learning_rates
+from quarc_ref.encoder.training.learning_rates import canonical_learning_rates
 from quarc_ref.encoder.training.straight_through import translation_step
 from quarc_ref.format.updates import UPDATE_FIELDS
 from tests.benchmarks.ladder_toys import (

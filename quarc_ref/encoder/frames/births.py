@@ -13,10 +13,10 @@ from quarc_ref.encoder.frames.birth_selection import BirthObjective, ByteCost, s
 from quarc_ref.encoder.frames.placement import place_at_errors, place_clones
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.frames import BirthSettings
-from quarc_ref.encoder.training.canonical import canonical_learning_rates
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.density import ScreenStatistics, split
 from quarc_ref.encoder.training.fixed_scene import FixedScene
+from quarc_ref.encoder.training.learning_rates import canonical_learning_rates
 from quarc_ref.encoder.training.quantize import find_representable_births, quantize_births
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, from_splats
 from quarc_ref.format.records import Births

@@ -4,7 +4,7 @@ Other users may be able to change a checkpoint, and the renderer's kernels do no
 arguments. Therefore, the types, shapes and values of the arrays are checked here.
 """
 
-from collections.abc import Collection
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.encoder.resume.array_file import Arrays, ArrayType, Layout
 
-_GAUSSIANS, _VIEWS = "Gaussians", "views"
+GAUSSIANS, _VIEWS = "Gaussians", "views"
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,23 +30,27 @@ class CheckpointBounds:
     views: int
     iterations: int
 
-    def describe_layout(self, initial_arrays: Arrays, gaussian_arrays: Collection[str]) -> Layout:
+    def describe_layout(self, initial_arrays: Arrays, row_names: Mapping[str, str]) -> Layout:
         """Return the layout that checkpoint arrays have at every step of this training run.
 
         Args:
             initial_arrays: Training state before the first step.
-            gaussian_arrays: Names of the arrays with one row per Gaussian; names of scalars are
-                ignored.
+            row_names: For each array with one row per Gaussian, a name that it shares with the
+                arrays of the same length: `GAUSSIANS`, or, if there may be no rows, another name.
+                Scalars are ignored.
         """
         array_types: dict[str, ArrayType] = {}
         for name, array in initial_arrays.items():
-            row_dimensions = (_GAUSSIANS,) if name in gaussian_arrays and array.ndim else ()
+            row_dimensions = (row_names[name],) if name in row_names and array.ndim else ()
             array_types[name] = (
                 array.dtype.str,
                 (*row_dimensions, *array.shape[len(row_dimensions) :]),
             )
         array_types["left"] = (array_types["left"][0], (_VIEWS,))
-        lengths = {_GAUSSIANS: range(1, self.gaussians + 1), _VIEWS: range(self.views + 1)}
+        lengths = dict.fromkeys(row_names.values(), range(self.gaussians + 1)) | {
+            GAUSSIANS: range(1, self.gaussians + 1),
+            _VIEWS: range(self.views + 1),
+        }
         return Layout(array_types, lengths)
 
     def are_valid(self, arrays: Arrays) -> bool:

@@ -1,5 +1,6 @@
 """Settings of canonical frames."""
 
+import math
 from collections import Counter
 from dataclasses import dataclass, replace
 
@@ -95,6 +96,20 @@ class CanonicalSettings(Validated):
         "Number of initial iterations that use pictures of half the width and height, for speed; "
         "0: all iterations use the full resolution.",
     )
+    ensemble_size: PositiveInt = described(
+        1,
+        "Number of scenes that are trained from different random numbers. Only the last is trained "
+        "to the end and written; the median of all scenes serves as pseudo-views, which prevent "
+        "haze in places that few cameras see. 1: no pseudo-views (paper).",
+    )
+    pseudo_views_from: UnitInterval = described(
+        0.3,
+        "Fraction of the iterations after which pseudo-views are used; the other scenes of the "
+        "ensemble are trained only so far.",
+    )
+    pseudo_view_share: UnitInterval = described(
+        0.25, "Fraction of the following iterations that use a pseudo-view."
+    )
     exposure_lr: UnitInterval = described(
         0.0,
         "Weight of the latest estimate in the moving average of a camera's color gains; 0: no "
@@ -167,6 +182,30 @@ class CanonicalSettings(Validated):
     opacity_lr: NonNegativeFloat = described(0.05, "Learning rate of opacity logits.")
     scale_lr: NonNegativeFloat = described(5e-3, "Learning rate of log-scales.")
     rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (quaternions).")
+
+    @property
+    def pseudo_view_start(self) -> int:
+        """Index of the first iteration that may use a pseudo-view, at least 1."""
+        return max(1, math.ceil(self.pseudo_views_from * self.iterations))
+
+    @property
+    def training_steps(self) -> int:
+        """Number of training iterations of all scenes of the ensemble."""
+        return (self.ensemble_size - 1) * self.pseudo_view_start + self.iterations
+
+    @property
+    def half_resolution_steps(self) -> int:
+        """Number of the training iterations, of all scenes, that use half the width and height."""
+        half_until = self.half_resolution_until_iter
+        return (self.ensemble_size - 1) * min(half_until, self.pseudo_view_start) + min(
+            half_until, self.iterations
+        )
+
+    def count_ensemble(self, step: int) -> int:
+        """Return how many scenes of the ensemble are complete after `step` iterations."""
+        if self.ensemble_size == 1:
+            return 0
+        return min(self.ensemble_size, (step - 1) // self.pseudo_view_start)
 
     def limit_to_views(self, view_count: int) -> "CanonicalSettings":
         """Return the settings for a number of training views: see `max_gaussians_from_views`."""

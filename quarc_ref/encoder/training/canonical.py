@@ -1,48 +1,30 @@
-"""Trains the canonical frame with 3DGS on frame 0; the last iterations quantize attributes.
+"""Trains the canonical frame on frame 0: an ensemble of scenes, of which the last is written.
 
-Training differs from 3DGS in the following ways, all controlled by `CanonicalSettings`:
-
-- Noise on positions (paper section 3) prevents overfitting to the training views. Noise
-  along a Gaussian's axes makes the loss insensitive to small shifts of the Gaussian.
-- Opacities decay, so that Gaussians that do not improve the pictures disappear. Haze in
-  front of the cameras disappears first.
-- Gaussians that contribute little are pruned several times during densification, which then
-  adds others where the error is greater, and at its end, so that each one is worth its bytes.
-- The first iterations may use pictures of half the width and height.
-- The last iterations are fine-tuning: all attributes pass through the quantizer, so that
-  training optimizes the values that are written. Halfway, codes are chosen that save bits at
-  little distortion (`rdoq`).
+The other scenes of the ensemble are trained only until pseudo-views are first used, and only
+serve to render these views. An ensemble of one scene has no pseudo-views.
 """
 
-import math
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
+from itertools import takewhile
 
 import numpy as np
 import torch
-from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from torch import Tensor
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.resume.array_file import Arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.interruption import defer_signals
-from quarc_ref.encoder.resume.saved_training import CheckpointBounds
-from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.resume.saved_training import GAUSSIANS, CheckpointBounds
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample_offsets
-from quarc_ref.encoder.training.pruning import prune_by_contribution
-from quarc_ref.encoder.training.rdoq import choose_codes
-from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
-from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, to_sh_dc
+from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.pseudo_views import PseudoViews
+from quarc_ref.encoder.training.scene_training import SceneTraining
+from quarc_ref.encoder.training.trainable import ATTRIBUTE_NAMES, Attributes
 from quarc_ref.format.errors import EncodeError
-
-_INITIAL_OPACITY = 0.1
-_NEIGHBOR_COUNT = 3
-_MIN_SPACING = 1e-7
-# Evaluating the code rate is slow, so only every second iteration uses it, with twice the weight.
-_RATE_INTERVAL = 2
 
 
 def train_canonical(
@@ -69,16 +51,16 @@ def train_canonical(
         OSError: The checkpoint cannot be written.
     """
     settings = objective.settings
-    training = _Training(context, points, objective)
+    training = _EnsembleTraining(context, points, objective)
     if checkpoint is not None:
         training.restore(checkpoint)
     with _save_on_interrupt(training, checkpoint):
-        while training.step < settings.iterations:
+        while training.step < settings.training_steps:
             with defer_signals():
                 training.take_step()
             if checkpoint is not None:
                 checkpoint.save_if_due(training.state_arrays)
-            context.observers.progress.advance("canonical", training.step, settings.iterations)
+            context.observers.progress.advance("canonical", training.step, settings.training_steps)
         if checkpoint is not None:  # writing the frame takes time and may be interrupted
             checkpoint.save(training.state_arrays)
     attributes = training.attributes.quantized(objective.header)
@@ -92,117 +74,126 @@ def train_canonical(
     return attributes.rows(is_kept)
 
 
-class _Training:
-    """Trains the Gaussians of frame 0 step by step.
+class _EnsembleTraining:
+    """Trains the scenes of the ensemble, one after the other.
 
-    Attributes:
-        step: Index of the next iteration, from 0.
+    When pseudo-views are first used, the last scene becomes a part of the ensemble, too.
     """
 
     def __init__(
         self, context: TrainingContext, points: Points, objective: CanonicalObjective
     ) -> None:
-        settings = objective.settings
-        self.step = 0
-        self._context, self._objective = context, objective
-        self._half_context = context.halved() if settings.half_resolution_until_iter else context
-        self._generator = context.generator(0, "canonical")
-        self._views = context.views.shuffled_indices(self._generator)
-        initial_attributes = initialize_from_points(
-            points, settings, self._generator, context.device
-        )
-        self._initial_count = initial_attributes.means.shape[0]
-        self._trainer = Trainer(
-            initial_attributes, canonical_learning_rates(settings, context.views.extent)
-        )
-        self._statistics = ScreenStatistics(self._trainer.count, context.device)
+        self._context, self._points, self._objective = context, points, objective
+        self._settings = objective.settings
+        self._ensemble: list[Attributes] = []
+        self._scene = self._start_scene()
+
+    @property
+    def step(self) -> int:
+        """Number of finished iterations of all scenes."""
+        return self._scene.first_step + self._scene.step
 
     @property
     def attributes(self) -> Attributes:
-        """Detached copies of the current attributes."""
-        return self._trainer.attributes.detached()
+        """Detached copies of the current attributes of the scene in training."""
+        return self._scene.attributes
 
     def take_step(self) -> None:
-        """Run one iteration: prune if scheduled, train on one view, and densify if scheduled."""
-        context, objective, trainer = self._context, self._objective, self._trainer
-        settings, step = objective.settings, self.step
-        pruning = objective.pruning_at(step, self._initial_count)
-        if pruning:
-            prune_by_contribution(trainer, context, pruning, self._generator)
-            self._statistics = ScreenStatistics(trainer.count, context.device)
-        if objective.should_choose_codes(step):
-            choose_codes(trainer, context, objective, self._generator)
-        trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
-        uses_half_resolution = step < settings.half_resolution_until_iter
-        self._train_view(self._half_context if uses_half_resolution else context)
-        if objective.should_densify(step):
-            densify(trainer, self._statistics, settings, context.views.extent, self._generator)
-            self._statistics = ScreenStatistics(trainer.count, context.device)
-        self.step += 1
+        """Run one iteration of the current scene, or the first one of the next scene."""
+        settings = self._settings
+        if settings.ensemble_size > 1 and self._scene.step == settings.pseudo_view_start:
+            self._ensemble.append(self._scene.attributes)
+            if len(self._ensemble) < settings.ensemble_size:
+                self._scene = self._start_scene()
+            self._add_pseudo_views()
+        self._scene.take_step()
 
     def state_arrays(self) -> Arrays:
         """Return the complete training state as arrays."""
-        tensors = {
-            "generator": self._generator.get_state(),
-            "gains": self._context.exposures.gains,
-            **self._trainer.state(),
-            **self._statistics.state(),
-        }
+        tensors = self._scene.state() | self._ensemble_state()
         arrays: Arrays = {name: tensor.cpu().numpy() for name, tensor in tensors.items()}
-        return arrays | {
-            "step": np.array(self.step),
-            "left": np.array(self._views.remaining, np.int64),
-        }
+        return arrays | {"step": np.array(self.step)}
 
     def restore(self, checkpoint: Checkpoint) -> None:
         """Restore the state from a checkpoint; leave the state unchanged if the file is invalid."""
-        gaussian_arrays = {**self._trainer.state(), **self._statistics.state()}
-        settings = self._objective.settings
         bounds = CheckpointBounds(
-            gaussians=settings.max_gaussians,
+            gaussians=self._settings.max_gaussians,
             views=self._context.view_count,
-            iterations=settings.iterations,
+            iterations=self._settings.training_steps,
         )
-        arrays = checkpoint.load(bounds.describe_layout(self.state_arrays(), gaussian_arrays))
+        row_names = dict.fromkeys(self._scene.gaussian_state(), GAUSSIANS)
+        row_names |= {name: name.split(".")[0] for name in self._ensemble_state()}
+        arrays = checkpoint.load(bounds.describe_layout(self.state_arrays(), row_names))
         if arrays is None or not bounds.are_valid(arrays):
             return
         tensors = {name: torch.from_numpy(array) for name, array in arrays.items()}
-        self.step = int(arrays["step"])
-        self._views.remaining = arrays["left"].tolist()
-        self._generator.set_state(tensors["generator"])
-        self._context.exposures.restore(tensors["gains"])
-        self._trainer.restore(tensors)
-        self._statistics.restore(tensors)
+        step = int(arrays["step"])
+        ensemble = self._read_ensemble(tensors)
+        if len(ensemble) != self._settings.count_ensemble(step):
+            return
+        self._ensemble = ensemble
+        self._scene = self._start_scene()
+        self._scene.restore(step - self._scene.first_step, tensors)
+        self._add_pseudo_views()
 
-    def _train_view(self, context: TrainingContext) -> None:
-        """Render the next training view and take an optimizer step on its loss."""
-        objective, trainer, step = self._objective, self._trainer, self.step
-        settings = objective.settings
-        attributes = _attributes_to_render(trainer.attributes, objective, step, self._generator)
-        view = next(self._views)
-        rendering = context.render(attributes.activated(), view)
-        if settings.exposure_lr and step >= settings.exposure_from_iter:
-            image, picture = (
-                context.apply_mask(rendering.image, view, 0),
-                context.views.picture(view, 0),
+    def _start_scene(self) -> SceneTraining:
+        """Return the training of the first scene that is not finished."""
+        context, last_index = self._context, self._settings.ensemble_size - 1
+        index = min(len(self._ensemble), last_index)
+        if index < last_index:
+            context = replace(context, exposures=Exposures(context.view_count, context.device))
+        return SceneTraining(context, self._points, self._objective, index)
+
+    def _add_pseudo_views(self) -> None:
+        """Let the last scene train on pseudo-views, if the ensemble is complete."""
+        settings = self._settings
+        if 1 < settings.ensemble_size == len(self._ensemble):
+            is_half = settings.pseudo_view_start <= settings.half_resolution_until_iter
+            self._scene.pseudo_views = PseudoViews(
+                self._ensemble,
+                self._context.views.cameras,
+                2 if is_half else 1,
+                self._context.rasterizer,
             )
-            context.exposures.update_gain(view, image, picture, settings.exposure_lr)
-        loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
-        loss = loss + opacity_scale_penalty(trainer.attributes, settings)
-        rate_weight = settings.code_rd_lambda * objective.rd_lambda
-        if rate_weight and step % _RATE_INTERVAL == 0:
-            rate_nats = code_rate_nats(trainer.attributes, objective.header)
-            loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
-        gradient = trainer.step(loss, rendering.means2d)
-        if objective.should_decay_opacity(step):
-            trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
-        self._statistics.add(gradient, rendering, context.camera(view))
-        step_numbers = (0, step + 1, settings.iterations)
-        context.report_step("canonical", step_numbers, view, trainer.count, rendering.image, loss)
+
+    def _ensemble_state(self) -> dict[str, Tensor]:
+        """Return the attributes of the ensemble by name; scenes without rows are missing."""
+        if self._settings.ensemble_size == 1:
+            return {}
+        scene = self._scene.attributes
+        missing_scene = scene.rows(torch.zeros(0, dtype=torch.long, device=self._context.device))
+        missing_count = self._settings.ensemble_size - len(self._ensemble)
+        scenes = self._ensemble + missing_count * [missing_scene]
+        return {
+            f"{_scene_name(index)}.{name}": tensor
+            for index, attributes in enumerate(scenes)
+            for name, tensor in zip(ATTRIBUTE_NAMES, attributes.tensors(), strict=True)
+        }
+
+    def _read_ensemble(self, state: dict[str, Tensor]) -> list[Attributes]:
+        """Return the scenes before the first missing one."""
+        if self._settings.ensemble_size == 1:
+            return []
+        scenes = (
+            Attributes(
+                *(
+                    state[f"{_scene_name(index)}.{name}"].to(self._context.device)
+                    for name in ATTRIBUTE_NAMES
+                )
+            )
+            for index in range(self._settings.ensemble_size)
+        )
+        return list(takewhile(lambda scene: scene.means.shape[0], scenes))
+
+
+def _scene_name(index: int) -> str:
+    return f"scene {index}"
 
 
 @contextmanager
-def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> Iterator[None]:
+def _save_on_interrupt(
+    training: _EnsembleTraining, checkpoint: Checkpoint | None
+) -> Iterator[None]:
     """Save a checkpoint if KeyboardInterrupt is raised in the context, then reraise it."""
     try:
         yield
@@ -211,107 +202,3 @@ def _save_on_interrupt(training: _Training, checkpoint: Checkpoint | None) -> It
             with defer_signals():
                 checkpoint.save(training.state_arrays)
         raise
-
-
-def initialize_from_points(
-    points: Points, settings: CanonicalSettings, generator: torch.Generator, device: torch.device
-) -> Attributes:
-    """Create a Gaussian for every initial point.
-
-    If there are more than `settings.initial_gaussians` or `settings.max_gaussians` points, a random
-    subset of the smaller size is used. The scale of a Gaussian is the root mean square distance of
-    its point to the three nearest other points, as in 3DGS.
-    """
-    point_count = points.positions.shape[0]
-    count = min(point_count, settings.initial_gaussians, settings.max_gaussians)
-    indices = torch.randperm(point_count, generator=generator)[:count].numpy()
-    positions = points.positions[indices].astype(np.float64)
-    log_scales = np.log(_measure_spacing(positions))
-    colors = points.colors[indices] / 255
-    identity_quaternion = torch.tensor([1.0, 0.0, 0.0, 0.0])
-    opacity_logit = math.log(_INITIAL_OPACITY / (1 - _INITIAL_OPACITY))
-    tensors = (
-        torch.tensor(positions, dtype=torch.float32),
-        identity_quaternion.repeat(count, 1),
-        torch.tensor(log_scales, dtype=torch.float32)[:, None].repeat(1, 3),
-        torch.full((count,), opacity_logit),
-        to_sh_dc(torch.tensor(colors)).to(torch.float32)[:, None],
-        torch.zeros(count, 3, 3),
-    )
-    return Attributes(*(tensor.to(device) for tensor in tensors))
-
-
-def _measure_spacing(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the `[n]` root mean square distances of points to their three nearest neighbors."""
-    neighbor_ranks = list(range(2, 2 + min(_NEIGHBOR_COUNT, positions.shape[0] - 1)))
-    if not neighbor_ranks:
-        return np.ones(positions.shape[0])
-    distances, _ = cKDTree(positions).query(positions, k=neighbor_ranks)
-    spacing: NDArray[np.float64] = np.sqrt(np.mean(np.square(distances), axis=1))
-    return np.maximum(spacing, _MIN_SPACING)
-
-
-def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tuple[float, ...]:
-    """Return the initial learning rate of each attribute, in the order of `Attributes`."""
-    return (
-        settings.position_lr * extent,
-        settings.rotation_lr,
-        settings.scale_lr,
-        settings.opacity_lr,
-        settings.sh_dc_lr,
-        settings.sh_rest_lr,
-    )
-
-
-def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -> list[float]:
-    """Return the learning rate of each attribute in an iteration, in the order of `Attributes`.
-
-    The learning rate of positions decays exponentially from the first to the last iteration.
-    During fine-tuning, all learning rates are also multiplied by a cosine decay.
-    """
-    settings = objective.settings
-    progress = step / settings.iterations
-    log_initial, log_final = math.log(settings.position_lr), math.log(settings.position_lr_final)
-    position_lr = math.exp(log_initial + (log_final - log_initial) * progress) * extent
-    fine_tuning_step = step - objective.fine_tuning_start
-    decay = 1.0
-    if fine_tuning_step >= 0:
-        decay = cosine_decay(
-            fine_tuning_step, settings.iterations - step + fine_tuning_step, settings.lr_end_factor
-        )
-    other_lrs = canonical_learning_rates(settings, extent)[1:]
-    return [decay * lr for lr in (position_lr, *other_lrs)]
-
-
-def _attributes_to_render(
-    attributes: Attributes,
-    objective: CanonicalObjective,
-    step: int,
-    generator: torch.Generator,
-) -> Attributes:
-    """Return the attributes that an iteration renders.
-
-    Noise is added to positions, SH degree 1 is 0 before `sh_from_iter`, and all attributes
-    are quantized during fine-tuning.
-    """
-    settings, header, fine_tuning_start = (
-        objective.settings,
-        objective.header,
-        objective.fine_tuning_start,
-    )
-    noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
-    noise = noise.to(attributes.means.device)
-    if step < fine_tuning_start and settings.axis_noise:
-        noise_factor = settings.axis_noise * (1 - step / fine_tuning_start)
-        noise = noise + sample_offsets(attributes.detached(), noise_factor, generator)
-    if step >= fine_tuning_start:
-        attributes = attributes.quantized(header)
-    has_sh_rest = header.sh_degree > 0 and step >= settings.sh_from_iter
-    return Attributes(
-        attributes.means + noise,
-        attributes.rotations,
-        attributes.log_scales,
-        attributes.opacities,
-        attributes.sh_dc,
-        attributes.sh_rest if has_sh_rest else torch.zeros_like(attributes.sh_rest),
-    )

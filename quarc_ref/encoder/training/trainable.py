@@ -92,7 +92,7 @@ class Attributes:
         )
 
 
-_FIELD_NAMES = tuple(field.name for field in fields(Attributes))
+ATTRIBUTE_NAMES = tuple(field.name for field in fields(Attributes))
 
 
 def from_splats(splats: Splats, device: torch.device) -> Attributes:
@@ -146,14 +146,14 @@ class Trainer:
 
     def decay_opacity(self, mask: Tensor, fraction: float) -> None:
         """Reduce the opacities of the Gaussians in a mask `[N]` by a fraction from 0 to 1."""
-        logits = self._leaves[_FIELD_NAMES.index("opacities")].detach()
+        logits = self._leaves[ATTRIBUTE_NAMES.index("opacities")].detach()
         decayed_opacities = torch.sigmoid(logits) * (1 - fraction)
         logits.copy_(torch.where(mask, torch.logit(decayed_opacities, eps=_MIN_OPACITY), logits))
 
     def state(self) -> dict[str, Tensor]:
         """Return attributes and Adam state by name, such as `means` and `means.exp_avg`."""
         state = {}
-        for name, leaf in zip(_FIELD_NAMES, self._leaves, strict=True):
+        for name, leaf in zip(ATTRIBUTE_NAMES, self._leaves, strict=True):
             state[name] = leaf.detach()
             adam_state = self._adam.state.get(leaf) or make_initial_state(leaf)
             state |= {f"{name}.{key}": adam_state[key] for key in ADAM_STATE_KEYS}
@@ -162,9 +162,9 @@ class Trainer:
     def restore(self, state: dict[str, Tensor]) -> None:
         """Restore attributes and Adam state from tensors returned by `state`."""
         device = self._leaves[0].device
-        self._leaves = [_make_leaf(state[name].to(device)) for name in _FIELD_NAMES]
+        self._leaves = [_make_leaf(state[name].to(device)) for name in ATTRIBUTE_NAMES]
         self._adam.state.clear()
-        for name, leaf in zip(_FIELD_NAMES, self._leaves, strict=True):
+        for name, leaf in zip(ATTRIBUTE_NAMES, self._leaves, strict=True):
             self._adam.state[leaf] = {
                 key: state[f"{name}.{key}"].to(device) for key in ADAM_STATE_KEYS
             }
@@ -195,7 +195,7 @@ class Trainer:
             axes: `[N, 3]` former index of each axis.
         """
         for name in ("rotations", "log_scales", "sh_dc"):
-            leaf = self._leaves[_FIELD_NAMES.index(name)]
+            leaf = self._leaves[ATTRIBUTE_NAMES.index(name)]
             leaf.detach().copy_(getattr(attributes, name))
             state = self._adam.state.get(leaf)
             if state is None:

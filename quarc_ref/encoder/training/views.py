@@ -66,7 +66,7 @@ class TrainingViews:
         if key not in self._pictures:
             image = torch.from_numpy(self._capture.image(self._indices[view], frame).copy())
             picture = image.to(self._device).to(torch.float32) / 255
-            picture, mask = _average_squares(picture, self._downscale), self.mask(view, frame)
+            picture, mask = average_squares(picture, self._downscale), self.mask(view, frame)
             self._pictures[key] = picture if mask is None else picture * mask
         return self._pictures[key]
 
@@ -89,7 +89,7 @@ class TrainingViews:
 
     def _downscale_mask(self, source_mask: Mask) -> Tensor:
         mask = torch.from_numpy(source_mask[..., None]).to(self._device, torch.float32)
-        return _average_squares(mask, self._downscale).floor()
+        return average_squares(mask, self._downscale).floor()
 
     def halved(self) -> "TrainingViews":
         """Return the same views with half the width and height.
@@ -136,7 +136,7 @@ class ShuffledIndices(Iterator[int]):
         return self.remaining.pop(0)
 
 
-def _average_squares(picture: Tensor, downscale: int) -> Tensor:
+def average_squares(picture: Tensor, downscale: int) -> Tensor:
     """Downscale a picture `[H, W, C]` by averaging squares of `downscale` x `downscale` pixels."""
     if downscale == 1:
         return picture

@@ -7,12 +7,10 @@ import torch
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.canonical import (
-    initialize_from_points,
-    learning_rates_at,
-    train_canonical,
-)
+from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
+from quarc_ref.encoder.training.initialization import initialize_from_points
+from quarc_ref.encoder.training.learning_rates import learning_rates_at
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import position_step
 from quarc_ref.format.errors import EncodeError

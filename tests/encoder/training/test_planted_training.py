@@ -24,6 +24,7 @@ _CONFIG = replace(
     exposure_from_iter=5, sh_from_iter=6,
 )  # fmt: skip
 _LAST_STEP = 8
+_ENSEMBLE = replace(_CONFIG, ensemble_size=3, pseudo_views_from=0.25, pseudo_view_share=0.5)
 
 
 class _StoppedError(Exception):
@@ -43,7 +44,7 @@ class _StoppingProgress:
             raise _StoppedError
 
 
-def _train(path, last=None):
+def _train(path, last=None, config=_CONFIG):
     """Train with a checkpoint; return the attributes and the first step of the training."""
     steps = _StoppingProgress(last)
     context = replace(make_context(), observers=Observers(steps))
@@ -51,7 +52,7 @@ def _train(path, last=None):
     trained = train_canonical(
         context,
         make_capture().points,
-        CanonicalObjective(_CONFIG, header),
+        CanonicalObjective(config, header),
         Checkpoint(path, "toy"),
     )
     return trained, steps.first
@@ -191,3 +192,55 @@ def test_a_bomb_is_not_inflated(tmp_path):
     process = subprocess.run([sys.executable, "-c", program, path], capture_output=True, check=True)
 
     assert int(process.stdout) < 16 << 10  # KiB
+
+
+@pytest.fixture(scope="module")
+def uninterrupted_ensemble(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 1e9)
+        return _train(tmp_path_factory.mktemp("ensemble") / "none", config=_ENSEMBLE)[0]
+
+
+@pytest.mark.parametrize("last", [1, 3, 4, 6, 7, 9, 10, 14, 18])
+def test_an_ensemble_is_resumed_in_any_of_its_scenes(last, uninterrupted_ensemble, tmp_path):
+    with pytest.raises(_StoppedError):
+        _train(tmp_path / "a", last, _ENSEMBLE)
+    trained, first_step = _train(tmp_path / "a", config=_ENSEMBLE)
+
+    assert first_step == (last + 1 if last < _ENSEMBLE.training_steps else None)
+    assert _are_equal(trained, uninterrupted_ensemble)
+
+
+@pytest.mark.parametrize(
+    ("last", "changes"),
+    [
+        (5, {"step": 2}),
+        (5, {"step": 8}),
+        (12, {"step": 8}),
+        (12, {"step": 19}),
+        (12, {"scene 2": 0}),
+        (12, {"scene 0": 0}),
+        (12, {"scene 1": 200}),
+        (12, {"scene 3": 1}),
+    ],
+    ids=str,
+)
+def test_an_ensemble_that_does_not_fit_its_step_restarts_the_training(
+    last, changes, uninterrupted_ensemble, tmp_path
+):
+    with pytest.raises(_StoppedError):
+        _train(tmp_path / "a", last, _ENSEMBLE)
+    arrays = read_checkpoint_arrays(tmp_path / "a")
+    for name, value in changes.items():
+        if name == "step":
+            arrays["step"] = np.array(value)
+            continue
+        for array_name, array in list(arrays.items()):
+            if array_name.startswith("scene 0."):
+                changed_name = array_name.replace("scene 0", name)
+                arrays[changed_name] = np.resize(array, (value, *array.shape[1:]))
+    _plant(tmp_path / "a", arrays, {})
+    trained, first_step = _train(tmp_path / "a", config=_ENSEMBLE)
+
+    assert first_step == 1
+    assert _are_equal(trained, uninterrupted_ensemble)

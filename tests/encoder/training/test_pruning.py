@@ -5,8 +5,8 @@ import pytest
 import torch
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.canonical import initialize_from_points
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective, Pruning
+from quarc_ref.encoder.training.initialization import initialize_from_points
 from quarc_ref.encoder.training.pruning import measure_contributions, prune_by_contribution
 from quarc_ref.encoder.training.trainable import Trainer
 from quarc_ref.format.records import StreamHeader

@@ -1,0 +1,215 @@
+"""Trains one scene of frame 0, step by step.
+
+Training differs from 3DGS in the following ways, all controlled by `CanonicalSettings`:
+
+- Noise on positions (paper section 3) prevents overfitting to the training views. Noise
+  along a Gaussian's axes makes the loss insensitive to small shifts of the Gaussian.
+- Opacities decay, so that Gaussians that do not improve the pictures disappear. Haze in
+  front of the cameras disappears first.
+- Gaussians that contribute little are pruned several times during densification, which then
+  adds others where the error is greater, and at its end, so that each one is worth its bytes.
+- The first iterations may use pictures of half the width and height.
+- The last iterations are fine-tuning: all attributes pass through the quantizer, so that
+  training optimizes the values that are written. Halfway, codes are chosen that save bits at
+  little distortion (`rdoq`).
+- Some iterations may train on pseudo-views instead of training views.
+"""
+
+import torch
+from torch import Tensor
+
+from quarc_ref.datasets.calibration import downscale_camera
+from quarc_ref.datasets.capture import Points
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
+from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample_offsets
+from quarc_ref.encoder.training.initialization import initialize_from_points
+from quarc_ref.encoder.training.learning_rates import (
+    canonical_learning_rates,
+    learning_rates_at,
+)
+from quarc_ref.encoder.training.losses import photometric_loss
+from quarc_ref.encoder.training.pruning import prune_by_contribution
+from quarc_ref.encoder.training.pseudo_views import PseudoViews
+from quarc_ref.encoder.training.rdoq import choose_codes
+from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
+from quarc_ref.encoder.training.trainable import Attributes, Trainer
+from quarc_ref.encoder.training.views import average_squares
+from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.rasterizer import Rendering
+
+# Evaluating the code rate is slow, so only every second iteration uses it, with twice the weight.
+_RATE_INTERVAL = 2
+
+
+class SceneTraining:
+    """Training of a scene from the initial points.
+
+    Args:
+        context: Training views, renderer and random numbers.
+        points: Initial points.
+        objective: Schedule, weights and quantization steps.
+        index: Index of the scene in the ensemble; each scene has other random numbers.
+
+    Attributes:
+        first_step: Number of iterations of the scenes before this one.
+        step: Index of the next iteration, from 0.
+        pseudo_views: Pseudo-views to train on besides the training views; None for none.
+    """
+
+    def __init__(
+        self,
+        context: TrainingContext,
+        points: Points,
+        objective: CanonicalObjective,
+        index: int,
+    ) -> None:
+        settings = objective.settings
+        self.first_step = index * settings.pseudo_view_start
+        self.step = 0
+        self.pseudo_views: PseudoViews | None = None
+        self._context, self._objective = context, objective
+        self._half_context = context.halved() if settings.half_resolution_until_iter else context
+        self._generator = context.generator(0, f"canonical {index}" if index else "canonical")
+        self._views = context.views.shuffled_indices(self._generator)
+        initial_attributes = initialize_from_points(
+            points, settings, self._generator, context.device
+        )
+        self._initial_count = initial_attributes.means.shape[0]
+        self._trainer = Trainer(
+            initial_attributes, canonical_learning_rates(settings, context.views.extent)
+        )
+        self._statistics = ScreenStatistics(self._trainer.count, context.device)
+
+    @property
+    def attributes(self) -> Attributes:
+        """Detached copies of the current attributes."""
+        return self._trainer.attributes.detached()
+
+    def take_step(self) -> None:
+        """Run one iteration: prune if scheduled, train on one view, and densify if scheduled."""
+        context, objective, trainer = self._context, self._objective, self._trainer
+        settings, step = objective.settings, self.step
+        pruning = objective.pruning_at(step, self._initial_count)
+        if pruning:
+            prune_by_contribution(trainer, context, pruning, self._generator)
+            self._statistics = ScreenStatistics(trainer.count, context.device)
+        if objective.should_choose_codes(step):
+            choose_codes(trainer, context, objective, self._generator)
+        trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
+        if self.pseudo_views is not None and self._draws_pseudo_view():
+            self._train_pseudo_view(self.pseudo_views)
+        else:
+            self._train_view()
+        if objective.should_densify(step):
+            densify(trainer, self._statistics, settings, context.views.extent, self._generator)
+            self._statistics = ScreenStatistics(trainer.count, context.device)
+        self.step += 1
+
+    def state(self) -> dict[str, Tensor]:
+        """Return the complete training state by name, except `step` and `pseudo_views`."""
+        return {
+            "generator": self._generator.get_state(),
+            "gains": self._context.exposures.gains,
+            "left": torch.tensor(self._views.remaining, dtype=torch.int64),
+            **self.gaussian_state(),
+        }
+
+    def gaussian_state(self) -> dict[str, Tensor]:
+        """Return the part of the training state that has a row per Gaussian, or is a scalar."""
+        return {**self._trainer.state(), **self._statistics.state()}
+
+    def restore(self, step: int, state: dict[str, Tensor]) -> None:
+        """Continue with iteration `step` from a saved training state."""
+        self.step = step
+        self._views.remaining = state["left"].tolist()
+        self._generator.set_state(state["generator"])
+        self._context.exposures.restore(state["gains"])
+        self._trainer.restore(state)
+        self._statistics.restore(state)
+
+    @property
+    def _step_context(self) -> TrainingContext:
+        """The context whose pictures have the size that the current iteration uses."""
+        uses_half_resolution = self.step < self._objective.settings.half_resolution_until_iter
+        return self._half_context if uses_half_resolution else self._context
+
+    def _draws_pseudo_view(self) -> bool:
+        share = float(torch.rand((), generator=self._generator))
+        return share < self._objective.settings.pseudo_view_share
+
+    def _train_view(self) -> None:
+        """Render the next training view and take an optimizer step on its loss."""
+        context, settings, step = self._step_context, self._objective.settings, self.step
+        attributes = self._attributes_to_render()
+        view = next(self._views)
+        rendering = context.render(attributes.activated(), view)
+        if settings.exposure_lr and step >= settings.exposure_from_iter:
+            image, picture = (
+                context.apply_mask(rendering.image, view, 0),
+                context.views.picture(view, 0),
+            )
+            context.exposures.update_gain(view, image, picture, settings.exposure_lr)
+        loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
+        total_loss = self._optimize(loss, rendering, context.camera(view))
+        step_numbers = (0, self.first_step + step + 1, settings.training_steps)
+        context.report_step(
+            "canonical", step_numbers, view, self._trainer.count, rendering.image, total_loss
+        )
+
+    def _train_pseudo_view(self, pseudo_views: PseudoViews) -> None:
+        """Render a pseudo-view and take an optimizer step on its loss."""
+        context = self._step_context
+        attributes = self._attributes_to_render()
+        pseudo_view = pseudo_views.draw(self._generator)
+        downscale = 1 if context is self._context else 2
+        camera = downscale_camera(pseudo_view.camera, downscale)
+        background = torch.zeros(3, device=context.device)
+        rendering = context.rasterizer.render(attributes.activated(), camera, background)
+        image = average_squares(rendering.image, pseudo_views.downscale // downscale)
+        loss = photometric_loss(image, pseudo_view.picture, self._objective.settings.lambda_dssim)
+        self._optimize(loss, rendering, camera)
+
+    def _optimize(self, loss: Tensor, rendering: Rendering, camera: Camera) -> Tensor:
+        """Take an optimizer step on a photometric loss; return it with its regularization terms."""
+        objective, trainer, step = self._objective, self._trainer, self.step
+        settings = objective.settings
+        loss = loss + opacity_scale_penalty(trainer.attributes, settings)
+        rate_weight = settings.code_rd_lambda * objective.rd_lambda
+        if rate_weight and step % _RATE_INTERVAL == 0:
+            rate_nats = code_rate_nats(trainer.attributes, objective.header)
+            loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
+        gradient = trainer.step(loss, rendering.means2d)
+        if objective.should_decay_opacity(step):
+            trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
+        self._statistics.add(gradient, rendering, camera)
+        return loss
+
+    def _attributes_to_render(self) -> Attributes:
+        """Return the attributes that the current iteration renders.
+
+        Noise is added to positions, SH degree 1 is 0 before `sh_from_iter`, and all attributes
+        are quantized during fine-tuning.
+        """
+        attributes, generator, step = self._trainer.attributes, self._generator, self.step
+        settings, header, fine_tuning_start = (
+            self._objective.settings,
+            self._objective.header,
+            self._objective.fine_tuning_start,
+        )
+        noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
+        noise = noise.to(attributes.means.device)
+        if step < fine_tuning_start and settings.axis_noise:
+            noise_factor = settings.axis_noise * (1 - step / fine_tuning_start)
+            noise = noise + sample_offsets(attributes.detached(), noise_factor, generator)
+        if step >= fine_tuning_start:
+            attributes = attributes.quantized(header)
+        has_sh_rest = header.sh_degree > 0 and step >= settings.sh_from_iter
+        return Attributes(
+            attributes.means + noise,
+            attributes.rotations,
+            attributes.log_scales,
+            attributes.opacities,
+            attributes.sh_dc,
+            attributes.sh_rest if has_sh_rest else torch.zeros_like(attributes.sh_rest),
+        )
