@@ -33,10 +33,12 @@ class PseudoView:
 
     Attributes:
         camera: The camera, at the full size of pictures.
-        picture: `[h, w, 3]` median of the ensemble's renderings, unclamped.
+        downscale: Integer factor by which width and height of the picture are reduced.
+        picture: `[H, W, 3]` median of the ensemble's renderings, unclamped.
     """
 
     camera: Camera
+    downscale: int
     picture: Tensor
 
 
@@ -57,7 +59,7 @@ class PseudoViews:
         downscale: int,
         rasterizer: Rasterizer,
     ) -> None:
-        self.downscale = downscale
+        self._downscale = downscale
         self._scenes = [scene.activated() for scene in scenes]
         self._cameras = cameras
         self._neighbors = _find_neighbors(np.array([camera_center(camera) for camera in cameras]))
@@ -66,7 +68,7 @@ class PseudoViews:
     def draw(self, generator: torch.Generator) -> PseudoView:
         """Return a random pseudo-view."""
         camera = self._draw_camera(generator)
-        rendered_camera = downscale_camera(camera, self.downscale)
+        rendered_camera = downscale_camera(camera, self._downscale)
         background = self._scenes[0].means.new_zeros(3)
         with torch.no_grad():
             images = [
@@ -74,7 +76,7 @@ class PseudoViews:
                 for scene in self._scenes
             ]
         picture = torch.from_numpy(np.median(images, axis=0).astype(np.float32))
-        return PseudoView(camera, picture.to(background.device))
+        return PseudoView(camera, self._downscale, picture.to(background.device))
 
     def _draw_camera(self, generator: torch.Generator) -> Camera:
         first = int(torch.randint(len(self._cameras), (1,), generator=generator))

@@ -12,7 +12,7 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
 - The last iterations are fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written. Halfway, codes are chosen that save bits at
   little distortion (`rdoq`).
-- Some iterations may train on pseudo-views instead of training views.
+- Some iterations before fine-tuning may train on pseudo-views instead of training views.
 """
 
 import torch
@@ -30,7 +30,7 @@ from quarc_ref.encoder.training.learning_rates import (
 )
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.pruning import prune_by_contribution
-from quarc_ref.encoder.training.pseudo_views import PseudoViews
+from quarc_ref.encoder.training.pseudo_views import PseudoView, PseudoViews
 from quarc_ref.encoder.training.rdoq import choose_codes
 from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scale_penalty
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
@@ -97,8 +97,9 @@ class SceneTraining:
         if objective.should_choose_codes(step):
             choose_codes(trainer, context, objective, self._generator)
         trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
-        if self.pseudo_views is not None and self._draws_pseudo_view():
-            self._train_pseudo_view(self.pseudo_views)
+        pseudo_view = self._draw_pseudo_view()
+        if pseudo_view is not None:
+            self._train_pseudo_view(pseudo_view)
         else:
             self._train_view()
         if objective.should_densify(step):
@@ -134,9 +135,14 @@ class SceneTraining:
         uses_half_resolution = self.step < self._objective.settings.half_resolution_until_iter
         return self._half_context if uses_half_resolution else self._context
 
-    def _draws_pseudo_view(self) -> bool:
-        share = float(torch.rand((), generator=self._generator))
-        return share < self._objective.settings.pseudo_view_share
+    def _draw_pseudo_view(self) -> PseudoView | None:
+        """Return a pseudo-view with probability `pseudo_view_share`; None in fine-tuning."""
+        if self.pseudo_views is None or self.step >= self._objective.fine_tuning_start:
+            return None
+        number = float(torch.rand((), generator=self._generator))
+        if number >= self._objective.settings.pseudo_view_share:
+            return None
+        return self.pseudo_views.draw(self._generator)
 
     def _train_view(self) -> None:
         """Render the next training view and take an optimizer step on its loss."""
@@ -157,16 +163,15 @@ class SceneTraining:
             "canonical", step_numbers, view, self._trainer.count, rendering.image, total_loss
         )
 
-    def _train_pseudo_view(self, pseudo_views: PseudoViews) -> None:
+    def _train_pseudo_view(self, pseudo_view: PseudoView) -> None:
         """Render a pseudo-view and take an optimizer step on its loss."""
         context = self._step_context
         attributes = self._attributes_to_render()
-        pseudo_view = pseudo_views.draw(self._generator)
         downscale = 1 if context is self._context else 2
         camera = downscale_camera(pseudo_view.camera, downscale)
         background = torch.zeros(3, device=context.device)
         rendering = context.rasterizer.render(attributes.activated(), camera, background)
-        image = average_squares(rendering.image, pseudo_views.downscale // downscale)
+        image = average_squares(rendering.image, pseudo_view.downscale // downscale)
         loss = photometric_loss(image, pseudo_view.picture, self._objective.settings.lambda_dssim)
         self._optimize(loss, rendering, camera)
 
