@@ -36,7 +36,7 @@ class EncodeJob:
         progress: Callback for the progress of every step.
         findings: Prints and collects findings about the capture.
         should_check: Whether to check the capture before encoding.
-        monitor: Receives every training step and every frame.
+        monitor: Receives every training step on a training view, and every frame.
         is_remote: Whether other machines encode, whose devices may differ from those of this one.
     """
 

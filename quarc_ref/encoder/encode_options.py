@@ -26,7 +26,7 @@ class EncodeOptions:
             `checkpoint` is None, the training state is not saved.
         checks: Whether to check the capture before frame 0 is trained.
         report: Called with every finding (a reason to expect poor quality).
-        monitor: Called for every training step and every frame.
+        monitor: Called for every training step on a training view, and for every frame.
     """
 
     config: EncoderConfig = field(default_factory=lambda: choose_preset("main"))

@@ -108,7 +108,9 @@ class CanonicalSettings(Validated):
         "ensemble are trained only so far.",
     )
     pseudo_view_share: UnitInterval = described(
-        0.25, "Fraction of the following iterations, until fine-tuning, that use a pseudo-view."
+        0.25,
+        "Fraction of the following iterations, until the end of densification, that use a "
+        "pseudo-view.",
     )
     exposure_lr: UnitInterval = described(
         0.0,

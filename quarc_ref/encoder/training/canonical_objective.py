@@ -63,6 +63,16 @@ class CanonicalObjective:
         is_in_range = settings.densify_from_iter <= step < settings.densify_until_iter
         return is_in_range and step % settings.densification_interval == 0
 
+    def may_use_pseudo_view(self, step: int) -> bool:
+        """Return whether an iteration may train on a pseudo-view.
+
+        Pseudo-views are used while densification adds Gaussians, and at most until fine-tuning
+        starts. Afterwards, training only refines the Gaussians that there are, and the scene
+        hardly gets new haze.
+        """
+        end = min(self.settings.densify_until_iter, self.fine_tuning_start)
+        return self.settings.pseudo_view_start <= step < end
+
     def should_decay_opacity(self, step: int) -> bool:
         """Return whether an iteration decays the opacities of rendered Gaussians."""
         settings = self.settings

@@ -25,7 +25,7 @@ class Observers:
 
     Attributes:
         progress: Called after every training step.
-        monitor: Called for every training step and frame.
+        monitor: Called for every training step on a training view, and for every frame.
     """
 
     progress: Progress = field(default_factory=NullProgress)

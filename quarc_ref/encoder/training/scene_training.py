@@ -12,7 +12,7 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
 - The last iterations are fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written. Halfway, codes are chosen that save bits at
   little distortion (`rdoq`).
-- Some iterations before fine-tuning may train on pseudo-views instead of training views.
+- During densification, some iterations may train on pseudo-views instead of training views.
 """
 
 import torch
@@ -136,8 +136,8 @@ class SceneTraining:
         return self._half_context if uses_half_resolution else self._context
 
     def _draw_pseudo_view(self) -> PseudoView | None:
-        """Return a pseudo-view with probability `pseudo_view_share`; None in fine-tuning."""
-        if self.pseudo_views is None or self.step >= self._objective.fine_tuning_start:
+        """Return a pseudo-view, with probability `pseudo_view_share`, while it is of use."""
+        if self.pseudo_views is None or not self._objective.may_use_pseudo_view(self.step):
             return None
         number = float(torch.rand((), generator=self._generator))
         if number >= self._objective.settings.pseudo_view_share:

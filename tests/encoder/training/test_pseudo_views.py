@@ -20,10 +20,11 @@ from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from tests.encoder.toys import HEIGHT, SMALL, WIDTH, make_cameras, make_capture, make_context
 
 _ENSEMBLE = replace(
-    SMALL.canonical, iterations=40, ensemble_size=3, pseudo_views_from=0.25, pseudo_view_share=0.5
-)
+    SMALL.canonical, iterations=40, densify_until_iter=30, ensemble_size=3, pseudo_views_from=0.25,
+    pseudo_view_share=0.5,
+)  # fmt: skip
 _START = 10  # a quarter of the iterations
-_FINE_TUNING_COUNT = 8  # a fifth of the iterations
+_REST = 10  # iterations after densification
 
 
 class _CountingRasterizer(NumbaRasterizer):
@@ -139,27 +140,27 @@ def test_the_scenes_of_an_ensemble_are_trained_one_after_the_other():
     uses_pseudo_view = [camera not in training_cameras for camera in rasterizer.trained_cameras]
     assert not any(uses_pseudo_view[: 3 * _START])
     pseudo_count = sum(uses_pseudo_view)
-    assert 4 < pseudo_count < 19  # about half of the 22 iterations before fine-tuning
-    assert not any(uses_pseudo_view[-_FINE_TUNING_COUNT:])
+    assert 3 < pseudo_count < 17  # about half of 20 iterations
+    assert not any(uses_pseudo_view[-_REST:])
     assert len(steps) == total - pseudo_count
     assert steps == sorted(steps)
     assert steps[-1][1] == total
 
 
-def test_a_share_of_one_leaves_only_pseudo_views_before_fine_tuning():
+def test_a_share_of_one_leaves_only_pseudo_views_until_densification_ends():
     rasterizer = _CountingRasterizer()
     context = replace(make_context(), rasterizer=rasterizer)
     _train(replace(_ENSEMBLE, pseudo_view_share=1.0), context)
 
     training_cameras = set(context.views.cameras)
     assert [camera in training_cameras for camera in rasterizer.trained_cameras] == [
-        not 3 * _START <= step < _ENSEMBLE.training_steps - _FINE_TUNING_COUNT
+        not 3 * _START <= step < _ENSEMBLE.training_steps - _REST
         for step in range(_ENSEMBLE.training_steps)
     ]
 
 
 def test_training_on_pseudo_views_approaches_them():
-    settings = replace(_ENSEMBLE, pseudo_view_share=1.0, ensemble_size=2, quantize_from=1.0)
+    settings = replace(_ENSEMBLE, pseudo_view_share=1.0, ensemble_size=2, densify_until_iter=40)
     trained = _train(settings)
     points = make_capture().points
     initial = initialize_from_points(
@@ -199,3 +200,16 @@ def test_scenes_are_counted_as_complete_when_the_next_one_has_started():
 
     assert counts == [0, 0, 1, 1, 2, 2, 3, 3]
     assert CanonicalSettings().count_ensemble(15_000) == 0
+
+
+@pytest.mark.parametrize(
+    ("densify_until", "fine_tuning_from", "expected"), [(30, 0.8, 30), (35, 0.8, 32), (5, 0.8, 10)]
+)
+def test_pseudo_views_end_with_densification_or_at_fine_tuning(
+    densify_until, fine_tuning_from, expected
+):
+    settings = replace(_ENSEMBLE, densify_until_iter=densify_until, quantize_from=fine_tuning_from)
+    objective = CanonicalObjective(settings, StreamHeader())
+    steps = [step for step in range(settings.iterations) if objective.may_use_pseudo_view(step)]
+
+    assert steps == list(range(_START, expected))
