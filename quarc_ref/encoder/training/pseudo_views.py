@@ -24,7 +24,6 @@ from quarc_ref.rendering.rasterizer import Rasterizer
 
 _NEIGHBOR_COUNT = 4
 _MIN_POSITION, _MAX_POSITION = 0.25, 0.75  # between a camera (0) and its neighbor (1)
-_CENTER_NOISE = 0.3  # standard deviation, as a multiple of the distance of the neighbor
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,10 +83,7 @@ class PseudoViews:
         rank = int(torch.randint(neighbors.shape[0], (1,), generator=generator))
         share = float(torch.rand((), generator=generator))
         position = _MIN_POSITION + (_MAX_POSITION - _MIN_POSITION) * share
-        noise = torch.randn(3, generator=generator, dtype=torch.float64).numpy()
-        return interpolate_cameras(
-            self._cameras[first], self._cameras[neighbors[rank]], position, _CENTER_NOISE * noise
-        )
+        return interpolate_cameras(self._cameras[first], self._cameras[neighbors[rank]], position)
 
 
 def _find_neighbors(centers: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -98,22 +94,17 @@ def _find_neighbors(centers: NDArray[np.float64]) -> NDArray[np.int64]:
     return neighbors[:, : max(1, min(_NEIGHBOR_COUNT, len(centers) - 1))]
 
 
-def interpolate_cameras(
-    first: Camera, second: Camera, position: float, noise: NDArray[np.float64]
-) -> Camera:
+def interpolate_cameras(first: Camera, second: Camera, position: float) -> Camera:
     """Return a camera between two others, with the intrinsics and the near plane of the first.
 
     Args:
         first: Camera at position 0.
         second: Camera at position 1.
         position: Position between the two, 0 to 1.
-        noise: `[3]` offset of the center, as a multiple of the distance of the two centers.
     """
     rotations = Rotation.from_matrix(np.stack([rotation_matrix(first), rotation_matrix(second)]))
     rotation = Slerp([0, 1], rotations)(position).as_matrix()
-    first_center, second_center = camera_center(first), camera_center(second)
-    offset = second_center - first_center
-    center = first_center + position * offset + noise * np.linalg.norm(offset)
+    center = (1 - position) * camera_center(first) + position * camera_center(second)
     return replace(
         first,
         rotation=tuple(rotation.ravel().tolist()),

@@ -62,9 +62,9 @@ def _train(settings, context=None):
 
 
 @given(st.floats(0, 1))
-def test_a_camera_without_noise_is_on_the_line_between_two_others(position):
+def test_a_camera_is_on_the_line_between_two_others(position):
     first, second = make_cameras()[1:3]
-    camera = interpolate_cameras(first, second, position, np.zeros(3))
+    camera = interpolate_cameras(first, second, position)
 
     expected = (1 - position) * camera_center(first) + position * camera_center(second)
     assert camera_center(camera) == pytest.approx(expected, abs=1e-9)
@@ -74,16 +74,6 @@ def test_a_camera_without_noise_is_on_the_line_between_two_others(position):
     ]
     assert angles[0] == pytest.approx(position * angles[1], abs=1e-6)
     assert (camera.fx, camera.width, camera.near) == (first.fx, first.width, first.near)
-
-
-def test_noise_moves_a_camera_by_a_multiple_of_the_distance():
-    first, second = make_cameras()[1:3]
-    noise = np.array([0.5, -0.25, 1.0])
-    plain, noisy = (interpolate_cameras(first, second, 0.5, factor * noise) for factor in (0, 1))
-
-    distance = np.linalg.norm(camera_center(second) - camera_center(first))
-    moved = camera_center(noisy) - camera_center(plain)
-    assert moved == pytest.approx(distance * noise, abs=1e-9)
 
 
 def test_a_picture_is_the_median_of_the_scenes_at_the_reduced_size():
@@ -109,13 +99,14 @@ def test_two_scenes_are_averaged():
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])
-def test_views_of_any_number_of_cameras_are_near_them(count):
+def test_views_of_any_number_of_cameras_are_between_them(count):
     cameras = make_cameras(count)
     views = PseudoViews(_make_scenes(0.0), cameras, 1, NumbaRasterizer())
     centers = np.array([camera_center(camera) for camera in cameras])
     for seed in range(20):
         center = camera_center(_draw(views, seed).camera)
-        assert np.linalg.norm(centers - center, axis=1).min() <= 3 * np.ptp(centers, axis=0).max()
+        assert (center >= centers.min(axis=0) - 1e-9).all()
+        assert (center <= centers.max(axis=0) + 1e-9).all()
 
 
 def test_the_scenes_of_an_ensemble_are_trained_one_after_the_other():
