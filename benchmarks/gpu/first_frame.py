@@ -19,7 +19,9 @@ from quarc_ref.streams import decode
 
 def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     """Train frame 0, decode it, and compare it with the pictures of the training views."""
-    config = make_config({"canonical.iterations": sizes.canonical_iterations})
+    config = make_config(
+        {"canonical.iterations": sizes.canonical_iterations, "canonical.ensemble_size": 1}
+    )
     training = train(sizes, folder, row_log, config, frames=1)
     (scene,) = decode(training.stream)
     seconds = training.timer.stage_timer.seconds["canonical"]

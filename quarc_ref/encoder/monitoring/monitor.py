@@ -21,7 +21,7 @@ class EncodePlan:
         first_frame: Index of the first frame to encode; above 0 if a partial stream is resumed.
         byte_count: Size of the partial stream that is resumed, bytes; 0 for a new stream.
         views: Number of training views.
-        canonical_steps: Number of training steps of frame 0.
+        canonical_steps: Number of training steps of frame 0, of all scenes of the ensemble.
         motion_steps: Number of training steps for the motion of each frame after frame 0.
         birth_steps: Number of training steps for the births of each frame after frame 0.
     """
@@ -51,12 +51,13 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingStep:
-    """One training step, which renders one training view.
+    """One training step that renders a training view; steps on pseudo-views are not reported.
 
     Attributes:
         stage: `canonical`, `motion` or `births`.
         frame: Ordinal of the frame.
-        step: Index of the step in its stage, from 1.
+        step: Index of the step in its stage, from 1. The steps of all scenes of the ensemble of
+            frame 0 are numbered consecutively.
         steps: Number of steps of the stage.
         gaussians: Number of rendered Gaussians.
         loss_tensor: The loss, a scalar in the autograd graph.

@@ -186,28 +186,43 @@ class CanonicalSettings(Validated):
     rotation_lr: NonNegativeFloat = described(1e-3, "Learning rate of rotations (quaternions).")
 
     @property
-    def pseudo_view_start(self) -> int:
-        """Index of the first iteration that may use a pseudo-view, at least 1."""
-        return max(1, math.ceil(self.pseudo_views_from * self.iterations))
+    def fine_tuning_start(self) -> int:
+        """Index of the first iteration of fine-tuning, which trains quantized attributes."""
+        return math.ceil(self.quantize_from * self.iterations)
+
+    @property
+    def pseudo_view_steps(self) -> range:
+        """Indices of the iterations that may use a pseudo-view.
+
+        They end with densification: later iterations only refine the Gaussians that there are,
+        so that hardly any new haze forms.
+        """
+        start = max(1, math.ceil(self.pseudo_views_from * self.iterations))
+        return range(start, min(self.densify_until_iter, self.fine_tuning_start))
+
+    @property
+    def scene_count(self) -> int:
+        """Number of scenes that are trained: 1 if no iteration uses a pseudo-view."""
+        return self.ensemble_size if self.pseudo_view_share and self.pseudo_view_steps else 1
 
     @property
     def training_steps(self) -> int:
-        """Number of training iterations of all scenes of the ensemble."""
-        return (self.ensemble_size - 1) * self.pseudo_view_start + self.iterations
+        """Number of training iterations of all scenes."""
+        return (self.scene_count - 1) * self.pseudo_view_steps.start + self.iterations
 
     @property
     def half_resolution_steps(self) -> int:
         """Number of the training iterations, of all scenes, that use half the width and height."""
         half_until = self.half_resolution_until_iter
-        return (self.ensemble_size - 1) * min(half_until, self.pseudo_view_start) + min(
+        return (self.scene_count - 1) * min(half_until, self.pseudo_view_steps.start) + min(
             half_until, self.iterations
         )
 
     def count_ensemble(self, step: int) -> int:
         """Return how many scenes of the ensemble are complete after `step` iterations."""
-        if self.ensemble_size == 1:
+        if self.scene_count == 1:
             return 0
-        return min(self.ensemble_size, (step - 1) // self.pseudo_view_start)
+        return min(self.scene_count, (step - 1) // self.pseudo_view_steps.start)
 
     def limit_to_views(self, view_count: int) -> "CanonicalSettings":
         """Return the settings for a number of training views: see `max_gaussians_from_views`."""

@@ -101,9 +101,9 @@ class _EnsembleTraining:
     def take_step(self) -> None:
         """Run one iteration of the current scene, or the first one of the next scene."""
         settings = self._settings
-        if settings.ensemble_size > 1 and self._scene.step == settings.pseudo_view_start:
+        if settings.scene_count > 1 and self._scene.step == settings.pseudo_view_steps.start:
             self._ensemble.append(self._scene.attributes)
-            if len(self._ensemble) < settings.ensemble_size:
+            if len(self._ensemble) < settings.scene_count:
                 self._scene = self._start_scene()
             self._add_pseudo_views()
         self._scene.take_step()
@@ -138,7 +138,7 @@ class _EnsembleTraining:
 
     def _start_scene(self) -> SceneTraining:
         """Return the training of the first scene that is not finished."""
-        context, last_index = self._context, self._settings.ensemble_size - 1
+        context, last_index = self._context, self._settings.scene_count - 1
         index = min(len(self._ensemble), last_index)
         if index < last_index:
             context = replace(context, exposures=Exposures(context.view_count, context.device))
@@ -147,8 +147,8 @@ class _EnsembleTraining:
     def _add_pseudo_views(self) -> None:
         """Let the last scene train on pseudo-views, if the ensemble is complete."""
         settings = self._settings
-        if 1 < settings.ensemble_size == len(self._ensemble):
-            is_half = settings.pseudo_view_start <= settings.half_resolution_until_iter
+        if 1 < settings.scene_count == len(self._ensemble):
+            is_half = settings.pseudo_view_steps.start <= settings.half_resolution_until_iter
             self._scene.pseudo_views = PseudoViews(
                 self._ensemble,
                 self._context.views.cameras,
@@ -158,11 +158,11 @@ class _EnsembleTraining:
 
     def _ensemble_state(self) -> dict[str, Tensor]:
         """Return the attributes of the ensemble by name; scenes without rows are missing."""
-        if self._settings.ensemble_size == 1:
+        if self._settings.scene_count == 1:
             return {}
         scene = self._scene.attributes
         missing_scene = scene.rows(torch.zeros(0, dtype=torch.long, device=self._context.device))
-        missing_count = self._settings.ensemble_size - len(self._ensemble)
+        missing_count = self._settings.scene_count - len(self._ensemble)
         scenes = self._ensemble + missing_count * [missing_scene]
         return {
             f"{_scene_name(index)}.{name}": tensor
@@ -172,7 +172,7 @@ class _EnsembleTraining:
 
     def _read_ensemble(self, state: dict[str, Tensor]) -> list[Attributes]:
         """Return the scenes before the first missing one."""
-        if self._settings.ensemble_size == 1:
+        if self._settings.scene_count == 1:
             return []
         scenes = (
             Attributes(
@@ -181,7 +181,7 @@ class _EnsembleTraining:
                     for name in ATTRIBUTE_NAMES
                 )
             )
-            for index in range(self._settings.ensemble_size)
+            for index in range(self._settings.scene_count)
         )
         return list(takewhile(lambda scene: scene.means.shape[0], scenes))
 

@@ -1,6 +1,5 @@
 """Weights, quantization steps and schedule for training a canonical frame."""
 
-import math
 from dataclasses import dataclass
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
@@ -45,7 +44,7 @@ class CanonicalObjective:
     @property
     def fine_tuning_start(self) -> int:
         """Index of the first iteration of fine-tuning, which trains quantized attributes."""
-        return math.ceil(self.settings.quantize_from * self.settings.iterations)
+        return self.settings.fine_tuning_start
 
     @property
     def quantize_rd_lambda(self) -> float:
@@ -62,16 +61,6 @@ class CanonicalObjective:
         settings = self.settings
         is_in_range = settings.densify_from_iter <= step < settings.densify_until_iter
         return is_in_range and step % settings.densification_interval == 0
-
-    def may_use_pseudo_view(self, step: int) -> bool:
-        """Return whether an iteration may train on a pseudo-view.
-
-        Pseudo-views are used while densification adds Gaussians, and at most until fine-tuning
-        starts. Afterwards, training only refines the Gaussians that there are, and the scene
-        hardly gets new haze.
-        """
-        end = min(self.settings.densify_until_iter, self.fine_tuning_start)
-        return self.settings.pseudo_view_start <= step < end
 
     def should_decay_opacity(self, step: int) -> bool:
         """Return whether an iteration decays the opacities of rendered Gaussians."""

@@ -65,7 +65,7 @@ class SceneTraining:
         index: int,
     ) -> None:
         settings = objective.settings
-        self.first_step = index * settings.pseudo_view_start
+        self.first_step = index * settings.pseudo_view_steps.start
         self.step = 0
         self.pseudo_views: PseudoViews | None = None
         self._context, self._objective = context, objective
@@ -137,10 +137,11 @@ class SceneTraining:
 
     def _draw_pseudo_view(self) -> PseudoView | None:
         """Return a pseudo-view, with probability `pseudo_view_share`, while it is of use."""
-        if self.pseudo_views is None or not self._objective.may_use_pseudo_view(self.step):
+        settings = self._objective.settings
+        if self.pseudo_views is None or self.step not in settings.pseudo_view_steps:
             return None
         number = float(torch.rand((), generator=self._generator))
-        if number >= self._objective.settings.pseudo_view_share:
+        if number >= settings.pseudo_view_share:
             return None
         return self.pseudo_views.draw(self._generator)
 

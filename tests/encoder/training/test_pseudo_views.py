@@ -194,13 +194,22 @@ def test_scenes_are_counted_as_complete_when_the_next_one_has_started():
 
 
 @pytest.mark.parametrize(
-    ("densify_until", "fine_tuning_from", "expected"), [(30, 0.8, 30), (35, 0.8, 32), (5, 0.8, 10)]
+    ("densify_until", "fine_tuning_from", "expected"), [(30, 0.8, 30), (35, 0.8, 32)]
 )
 def test_pseudo_views_end_with_densification_or_at_fine_tuning(
     densify_until, fine_tuning_from, expected
 ):
     settings = replace(_ENSEMBLE, densify_until_iter=densify_until, quantize_from=fine_tuning_from)
-    objective = CanonicalObjective(settings, StreamHeader())
-    steps = [step for step in range(settings.iterations) if objective.may_use_pseudo_view(step)]
 
-    assert steps == list(range(_START, expected))
+    assert settings.pseudo_view_steps == range(_START, expected)
+
+
+@pytest.mark.parametrize(
+    "changes", [{"densify_until_iter": 10}, {"pseudo_view_share": 0.0}, {"pseudo_views_from": 1.0}]
+)
+def test_without_pseudo_views_only_one_scene_is_trained(changes):
+    settings = replace(_ENSEMBLE, **changes)
+    trained, alone = _train(settings), _train(replace(settings, ensemble_size=1))
+
+    assert settings.training_steps == settings.iterations
+    assert all(map(torch.equal, trained.tensors(), alone.tensors()))
