@@ -102,6 +102,11 @@ class CanonicalSettings(Validated):
         "to the end and written; the median of all scenes serves as pseudo-views, which prevent "
         "haze in places that few cameras see. 1: no pseudo-views (paper).",
     )
+    ensemble_from_views: NonNegativeInt = described(
+        0,
+        "Number of training views from which an ensemble is trained. With fewer, cameras are so "
+        "far apart that pseudo-views between them are wrong, too.",
+    )
     pseudo_views_from: UnitInterval = described(
         0.3,
         "Fraction of the iterations after which pseudo-views are used; the other scenes of the "
@@ -225,14 +230,22 @@ class CanonicalSettings(Validated):
         return min(self.scene_count, (step - 1) // self.pseudo_view_steps.start)
 
     def limit_to_views(self, view_count: int) -> "CanonicalSettings":
-        """Return the settings for a number of training views: see `max_gaussians_from_views`."""
-        if view_count >= self.max_gaussians_from_views:
-            return self
-        initial_gaussians, max_gaussians = (
-            max(1, count * view_count // self.max_gaussians_from_views)
-            for count in (self.initial_gaussians, self.max_gaussians)
-        )
-        return replace(self, initial_gaussians=initial_gaussians, max_gaussians=max_gaussians)
+        """Return the settings for a number of training views.
+
+        See `max_gaussians_from_views` and `ensemble_from_views`.
+        """
+        limited = self
+        if view_count < self.ensemble_from_views:
+            limited = replace(limited, ensemble_size=1)
+        if view_count < self.max_gaussians_from_views:
+            initial_gaussians, max_gaussians = (
+                max(1, count * view_count // self.max_gaussians_from_views)
+                for count in (self.initial_gaussians, self.max_gaussians)
+            )
+            limited = replace(
+                limited, initial_gaussians=initial_gaussians, max_gaussians=max_gaussians
+            )
+        return limited
 
     def frame_kind(self, frame: int) -> bytes:
         """Return the chunk type of a frame: CANO, SNAP or FRAM."""

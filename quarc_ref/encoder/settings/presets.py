@@ -74,6 +74,7 @@ _MAIN = EncoderConfig(
         final_prune_opacity=0.016,
         half_resolution_until_iter=2700,
         ensemble_size=3,
+        ensemble_from_views=12,
         pseudo_views_from=0.326,
         pseudo_view_share=0.333,
         exposure_lr=0.2,

@@ -20,7 +20,14 @@ def test_few_views_reduce_the_number_of_gaussians(view_count, initial_gaussians,
     assert replace(limited, initial_gaussians=2, max_gaussians=400) == SETTINGS
 
 
-def test_in_the_preset_paper_they_do_not():
+@pytest.mark.parametrize(("view_count", "size"), [(1, 1), (11, 1), (12, 3), (30, 3)])
+def test_few_views_have_no_ensemble(view_count, size):
+    settings = CanonicalSettings(ensemble_size=3, ensemble_from_views=12)
+
+    assert settings.limit_to_views(view_count) == replace(settings, ensemble_size=size)
+
+
+def test_in_the_preset_paper_few_views_change_nothing():
     config = choose_preset("paper")
 
     assert limit_gaussians(config, 1) == config
