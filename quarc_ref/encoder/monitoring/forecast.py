@@ -43,7 +43,7 @@ class TimeForecast:
     def record_step(self, stage: str, step: int) -> None:
         """Record that a step of a stage has just ended; the first step is 1.
 
-        Steps may be left out.
+        Not every step needs to be recorded.
         """
         if stage == "canonical":
             self._recent_steps.append((step, self._clock()))

@@ -99,18 +99,18 @@ class CanonicalSettings(Validated):
     ensemble_size: PositiveInt = described(
         1,
         "Number of scenes that are trained from different random numbers. Only the last is trained "
-        "to the end and written; the median of all scenes serves as pseudo-views, which prevent "
-        "haze in places that few cameras see. 1: no pseudo-views (paper).",
+        "to the end and written. The median of all scenes, rendered for cameras between the "
+        "training cameras (pseudo-views), is used in its training, and prevents haze in places "
+        "that few cameras see. 1: no pseudo-views (paper).",
     )
     ensemble_from_views: NonNegativeInt = described(
         0,
-        "Number of training views from which an ensemble is trained. With three views far apart, "
-        "it showed no gain.",
+        "Minimum number of training views for an ensemble; with fewer, only one scene is trained.",
     )
     pseudo_views_from: UnitInterval = described(
         0.3,
-        "Fraction of the iterations after which pseudo-views are used; the other scenes of the "
-        "ensemble are trained only so far.",
+        "Fraction of the iterations after which pseudo-views are used. The other scenes of the "
+        "ensemble are trained only until then.",
     )
     pseudo_view_share: UnitInterval = described(
         0.25,

@@ -136,7 +136,7 @@ class SceneTraining:
         return self._half_context if uses_half_resolution else self._context
 
     def _draw_pseudo_view(self) -> PseudoView | None:
-        """Return a pseudo-view, with probability `pseudo_view_share`, while it is of use."""
+        """Return a pseudo-view, or None if this iteration uses a training view."""
         settings = self._objective.settings
         if self.pseudo_views is None or self.step not in settings.pseudo_view_steps:
             return None
