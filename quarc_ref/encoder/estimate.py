@@ -25,6 +25,8 @@ from quarc_ref.format import container
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
 # Time of a step at half resolution, relative to a step at full resolution.
 _HALF_RESOLUTION_TIME_FACTOR = 0.4
+# Time of a step on a pseudo-view, whose picture the ensemble renders, in steps at half resolution.
+_PSEUDO_VIEW_STEPS = 2
 _CANONICAL_BYTES_PER_GAUSSIAN, _SNAPSHOT_BYTES_PER_GAUSSIAN = 8.0, 2.5
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
 # maximum number of Gaussians relative to the initial number, if `prune_rd_lambda` is 0
@@ -44,17 +46,24 @@ def estimate_encode(
         config: All settings.
     """
     step_seconds = estimate_step_seconds(context, points, config)
-    canonical = config.canonical
-    saved_share = 1 - _HALF_RESOLUTION_TIME_FACTOR
-    first_frame_seconds = step_seconds * (
-        canonical.training_steps - canonical.half_resolution_steps * saved_share
-    )
+    full_steps, half_steps = count_steps(config.canonical)
+    first_frame_seconds = step_seconds * (full_steps + _HALF_RESOLUTION_TIME_FACTOR * half_steps)
     later_frame_count = plan.frames - max(1, plan.first_frame)
     seconds = later_frame_count * estimate_frame_seconds(plan, step_seconds) + (
         first_frame_seconds if plan.first_frame == 0 else 0.0
     )
-    _, expected_gaussian_count = _estimate_gaussians(len(points.positions), canonical)
+    _, expected_gaussian_count = _estimate_gaussians(len(points.positions), config.canonical)
     return Estimate(seconds, _estimate_bytes(expected_gaussian_count, plan, config))
+
+
+def count_steps(canonical: CanonicalSettings) -> tuple[int, int]:
+    """Return how many training steps frame 0 has at full resolution and at half resolution.
+
+    A step on a pseudo-view counts as `_PSEUDO_VIEW_STEPS` steps at half resolution.
+    """
+    half_steps = canonical.half_resolution_steps
+    pseudo_view_steps = _PSEUDO_VIEW_STEPS * canonical.pseudo_view_count
+    return canonical.training_steps - half_steps, half_steps + pseudo_view_steps
 
 
 def estimate_step_seconds(context: TrainingContext, points: Points, config: EncoderConfig) -> float:

@@ -8,7 +8,7 @@ docs/experiments/forecast.md compares forecasts with completed encodes.
 from dataclasses import dataclass
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.encoder.estimate import estimate_step_seconds
+from quarc_ref.encoder.estimate import count_steps, estimate_step_seconds
 from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians
@@ -100,8 +100,7 @@ def _forecast_seconds(
     full_step_seconds, half_step_seconds = (
         estimate_step_seconds(context, capture.points, config) for context in contexts
     )
-    half_steps = canonical.half_resolution_steps
-    full_steps = canonical.training_steps - half_steps
+    full_steps, half_steps = count_steps(canonical)
     plan = EncodePlan(
         capture.name,
         frame_count,

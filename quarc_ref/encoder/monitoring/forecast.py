@@ -34,19 +34,16 @@ class TimeForecast:
 
     def __init__(self, plan: EncodePlan, clock: Callable[[], float] = time.monotonic) -> None:
         self._plan, self._clock = plan, clock
-        self._recent_steps: deque[tuple[int, float]] = deque(maxlen=_RECENT_STEPS)
+        self._step_times: deque[float] = deque(maxlen=_RECENT_STEPS)
         self._frame_durations: deque[float] = deque(maxlen=_RECENT_FRAMES)
         self._steps_left = plan.canonical_steps if plan.first_frame == 0 else 0
         self._next_frame = plan.first_frame
         self._frame_start_time = clock()
 
     def record_step(self, stage: str, step: int) -> None:
-        """Record that a step of a stage has just ended; the first step is 1.
-
-        Not every step needs to be recorded.
-        """
+        """Record that a step of a stage has just ended; the first step is 1."""
         if stage == "canonical":
-            self._recent_steps.append((step, self._clock()))
+            self._step_times.append(self._clock())
             self._steps_left = self._plan.canonical_steps - step
 
     def record_frame(self, frame: int) -> None:
@@ -63,13 +60,9 @@ class TimeForecast:
         if self._frame_durations:
             elapsed_seconds = self._clock() - self._frame_start_time
             return max(0.0, fmean(self._frame_durations) * remaining_frames - elapsed_seconds)
-        if len(self._recent_steps) < 2:
+        if len(self._step_times) < 2:
             return None
-        (first_step, first_time), (last_step, last_time) = (
-            self._recent_steps[0],
-            self._recent_steps[-1],
-        )
-        step_seconds = (last_time - first_time) / (last_step - first_step)
+        step_seconds = (self._step_times[-1] - self._step_times[0]) / (len(self._step_times) - 1)
         elapsed_seconds = self._clock() - self._frame_start_time if self._next_frame else 0.0
         remaining_seconds = (
             self._steps_left * step_seconds

@@ -51,7 +51,7 @@ class Estimate:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TrainingStep:
-    """One training step that renders a training view; steps on pseudo-views are not reported.
+    """One training step, and the training view that it renders.
 
     Attributes:
         stage: `canonical`, `motion` or `births`.

@@ -112,10 +112,10 @@ class CanonicalSettings(Validated):
         "Fraction of the iterations after which pseudo-views are used. The other scenes of the "
         "ensemble are trained only until then.",
     )
-    pseudo_view_share: UnitInterval = described(
-        0.25,
-        "Fraction of the following iterations, until the end of densification, that use a "
-        "pseudo-view.",
+    pseudo_view_ratio: UnitInterval = described(
+        0.5,
+        "Fraction of the following iterations, until the end of densification, that train on a "
+        "pseudo-view besides their training view.",
     )
     exposure_lr: UnitInterval = described(
         0.0,
@@ -197,7 +197,7 @@ class CanonicalSettings(Validated):
 
     @property
     def pseudo_view_steps(self) -> range:
-        """Indices of the iterations that may use a pseudo-view.
+        """Indices of the iterations that may train on a pseudo-view, too.
 
         They end with densification: later iterations only refine the Gaussians that there are,
         so that hardly any new haze forms.
@@ -208,12 +208,18 @@ class CanonicalSettings(Validated):
     @property
     def scene_count(self) -> int:
         """Number of scenes that are trained: 1 if no iteration uses a pseudo-view."""
-        return self.ensemble_size if self.pseudo_view_share and self.pseudo_view_steps else 1
+        return self.ensemble_size if self.pseudo_view_ratio and self.pseudo_view_steps else 1
 
     @property
     def training_steps(self) -> int:
         """Number of training iterations of all scenes."""
         return (self.scene_count - 1) * self.pseudo_view_steps.start + self.iterations
+
+    @property
+    def pseudo_view_count(self) -> int:
+        """Expected number of pseudo-views that are used."""
+        is_used = self.scene_count > 1
+        return round(self.pseudo_view_ratio * len(self.pseudo_view_steps)) if is_used else 0
 
     @property
     def half_resolution_steps(self) -> int:

@@ -12,7 +12,7 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
 - The last iterations are fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written. Halfway, codes are chosen that save bits at
   little distortion (`rdoq`).
-- During densification, some iterations may train on pseudo-views instead of training views.
+- During densification, some iterations may train on a pseudo-view besides their training view.
 """
 
 import torch
@@ -87,7 +87,10 @@ class SceneTraining:
         return self._trainer.attributes.detached()
 
     def take_step(self) -> None:
-        """Run one iteration: prune if scheduled, train on one view, and densify if scheduled."""
+        """Run one iteration: prune if scheduled, train on a view, and densify if scheduled.
+
+        Some iterations train on a pseudo-view besides their training view.
+        """
         context, objective, trainer = self._context, self._objective, self._trainer
         settings, step = objective.settings, self.step
         pruning = objective.pruning_at(step, self._initial_count)
@@ -97,11 +100,10 @@ class SceneTraining:
         if objective.should_choose_codes(step):
             choose_codes(trainer, context, objective, self._generator)
         trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
+        self._train_view()
         pseudo_view = self._draw_pseudo_view()
         if pseudo_view is not None:
             self._train_pseudo_view(pseudo_view)
-        else:
-            self._train_view()
         if objective.should_densify(step):
             densify(trainer, self._statistics, settings, context.views.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
@@ -136,12 +138,12 @@ class SceneTraining:
         return self._half_context if uses_half_resolution else self._context
 
     def _draw_pseudo_view(self) -> PseudoView | None:
-        """Return a pseudo-view, or None if this iteration uses a training view."""
+        """Return a pseudo-view, or None if this iteration uses none."""
         settings = self._objective.settings
         if self.pseudo_views is None or self.step not in settings.pseudo_view_steps:
             return None
         number = float(torch.rand((), generator=self._generator))
-        if number >= settings.pseudo_view_share:
+        if number >= settings.pseudo_view_ratio:
             return None
         return self.pseudo_views.draw(self._generator)
 

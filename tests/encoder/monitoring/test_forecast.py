@@ -41,17 +41,6 @@ def test_frame_0_gives_a_forecast_for_all_frames(clock):
     assert forecast.seconds_left() == pytest.approx(remaining_seconds)
 
 
-def test_steps_that_are_not_recorded_count_as_steps(clock):
-    all_steps, some_steps = (TimeForecast(_make_plan(), clock) for _ in range(2))
-    for step in range(1, 41):
-        clock.now += 0.5
-        all_steps.record_step("canonical", step)
-        if step % 3 == 1:
-            some_steps.record_step("canonical", step)
-
-    assert some_steps.seconds_left() == pytest.approx(all_steps.seconds_left())
-
-
 def test_later_frames_improve_the_forecast(clock):
     forecast = TimeForecast(_make_plan(), clock)
     forecast.record_frame(0)

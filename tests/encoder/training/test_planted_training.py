@@ -24,7 +24,7 @@ _CONFIG = replace(
     exposure_from_iter=5, sh_from_iter=6,
 )  # fmt: skip
 _LAST_STEP = 8
-_ENSEMBLE = replace(_CONFIG, ensemble_size=3, pseudo_views_from=0.25, pseudo_view_share=0.5)
+_ENSEMBLE = replace(_CONFIG, ensemble_size=3, pseudo_views_from=0.25, pseudo_view_ratio=0.5)
 
 
 class _StoppedError(Exception):

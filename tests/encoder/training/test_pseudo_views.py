@@ -21,7 +21,7 @@ from tests.encoder.toys import HEIGHT, SMALL, WIDTH, make_cameras, make_capture,
 
 _ENSEMBLE = replace(
     SMALL.canonical, iterations=40, densify_until_iter=30, ensemble_size=3, pseudo_views_from=0.25,
-    pseudo_view_share=0.5,
+    pseudo_view_ratio=0.5,
 )  # fmt: skip
 _START = 10  # a quarter of the iterations
 _REST = 10  # iterations after densification
@@ -133,25 +133,24 @@ def test_the_scenes_of_an_ensemble_are_trained_one_after_the_other():
     pseudo_count = sum(uses_pseudo_view)
     assert 3 < pseudo_count < 17  # about half of 20 iterations
     assert not any(uses_pseudo_view[-_REST:])
-    assert len(steps) == total - pseudo_count
-    assert steps == sorted(steps)
-    assert steps[-1][1] == total
+    assert len(uses_pseudo_view) == total + pseudo_count
+    assert steps == advances
 
 
-def test_a_share_of_one_leaves_only_pseudo_views_until_densification_ends():
+def test_with_a_ratio_of_one_every_iteration_until_densification_ends_uses_a_pseudo_view():
     rasterizer = _CountingRasterizer()
     context = replace(make_context(), rasterizer=rasterizer)
-    _train(replace(_ENSEMBLE, pseudo_view_share=1.0), context)
+    _train(replace(_ENSEMBLE, pseudo_view_ratio=1.0), context)
 
     training_cameras = set(context.views.cameras)
-    assert [camera in training_cameras for camera in rasterizer.trained_cameras] == [
-        not 3 * _START <= step < _ENSEMBLE.training_steps - _REST
-        for step in range(_ENSEMBLE.training_steps)
-    ]
+    pairs_start, pairs_end = 3 * _START, _ENSEMBLE.training_steps - _REST
+    assert [camera in training_cameras for camera in rasterizer.trained_cameras] == (
+        [True] * pairs_start + [True, False] * (pairs_end - pairs_start) + [True] * _REST
+    )
 
 
 def test_training_on_pseudo_views_approaches_them():
-    settings = replace(_ENSEMBLE, pseudo_view_share=1.0, ensemble_size=2, densify_until_iter=40)
+    settings = replace(_ENSEMBLE, pseudo_view_ratio=1.0, ensemble_size=2, densify_until_iter=40)
     trained = _train(settings)
     points = make_capture().points
     initial = initialize_from_points(
@@ -205,11 +204,12 @@ def test_pseudo_views_end_with_densification_or_at_fine_tuning(
 
 
 @pytest.mark.parametrize(
-    "changes", [{"densify_until_iter": 10}, {"pseudo_view_share": 0.0}, {"pseudo_views_from": 1.0}]
+    "changes", [{"densify_until_iter": 10}, {"pseudo_view_ratio": 0.0}, {"pseudo_views_from": 1.0}]
 )
 def test_without_pseudo_views_only_one_scene_is_trained(changes):
     settings = replace(_ENSEMBLE, **changes)
     trained, alone = _train(settings), _train(replace(settings, ensemble_size=1))
 
     assert settings.training_steps == settings.iterations
+    assert settings.pseudo_view_count == 0
     assert all(map(torch.equal, trained.tensors(), alone.tensors()))
