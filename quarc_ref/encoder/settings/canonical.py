@@ -75,7 +75,9 @@ class CanonicalSettings(Validated):
     densify_from_iter: NonNegativeInt = described(
         500, "First iteration in which Gaussians can be densified."
     )
-    densify_until_iter: NonNegativeInt = described(5000, "Iteration at which densification ends.")
+    densify_until_iter: NonNegativeInt = described(
+        5000, "Iteration at which densification ends; it also ends where fine-tuning starts."
+    )
     densification_interval: PositiveInt = described(100, "Iterations between densifications.")
     densify_grad_threshold: NonNegativeFloat = described(
         2e-4, "Mean screen-space gradient, in NDC, above which a Gaussian is densified."
@@ -196,6 +198,11 @@ class CanonicalSettings(Validated):
         return math.ceil(self.quantize_from * self.iterations)
 
     @property
+    def densification_end(self) -> int:
+        """Index of the first iteration after densification, which ends before fine-tuning."""
+        return min(self.densify_until_iter, self.fine_tuning_start)
+
+    @property
     def pseudo_view_steps(self) -> range:
         """Indices of the iterations that may train on a pseudo-view, too.
 
@@ -203,7 +210,7 @@ class CanonicalSettings(Validated):
         so that hardly any new haze forms.
         """
         start = max(1, math.ceil(self.pseudo_views_from * self.iterations))
-        return range(start, min(self.densify_until_iter, self.fine_tuning_start))
+        return range(start, self.densification_end)
 
     @property
     def scene_count(self) -> int:

@@ -22,9 +22,8 @@ from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.pseudo_views import PseudoViews
-from quarc_ref.encoder.training.scene_training import SceneTraining
+from quarc_ref.encoder.training.scene_training import SceneTraining, require_gaussians
 from quarc_ref.encoder.training.trainable import ATTRIBUTE_NAMES, Attributes
-from quarc_ref.format.errors import EncodeError
 
 
 def train_canonical(
@@ -65,12 +64,7 @@ def train_canonical(
             checkpoint.save(training.state_arrays)
     attributes = training.attributes.quantized(objective.header)
     is_kept = torch.sigmoid(attributes.opacities) >= settings.final_prune_opacity
-    if not bool(is_kept.any()):
-        message = (
-            "all Gaussians of the first frame became transparent in training: check that its "
-            "pictures are not black (encode --start chooses another first frame)"
-        )
-        raise EncodeError(message)
+    require_gaussians(int(is_kept.sum()))
     return attributes.rows(is_kept)
 
 

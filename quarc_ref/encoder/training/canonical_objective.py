@@ -59,7 +59,7 @@ class CanonicalObjective:
     def should_densify(self, step: int) -> bool:
         """Return whether an iteration ends with densification."""
         settings = self.settings
-        is_in_range = settings.densify_from_iter <= step < settings.densify_until_iter
+        is_in_range = settings.densify_from_iter <= step < settings.densification_end
         return is_in_range and step % settings.densification_interval == 0
 
     def should_decay_opacity(self, step: int) -> bool:
@@ -75,9 +75,9 @@ class CanonicalObjective:
 
         Three early prunings, at equal intervals before the end of densification, remove the half
         of the Gaussians that contributes least, because densification then replaces them where
-        the error is greater. The last one, at the end of densification, or in the last iteration
-        if densification has no end, removes the Gaussians whose contribution does not justify
-        their rate.
+        the error is greater. The last one, after densification, or in the last iteration if
+        densification has no end, removes the Gaussians whose contribution does not justify their
+        rate.
 
         Args:
             step: Index of the iteration.
@@ -85,9 +85,7 @@ class CanonicalObjective:
         """
         settings = self.settings
         threshold = settings.prune_rd_lambda * self.rd_lambda
-        last_step = min(
-            settings.densify_until_iter, self.fine_tuning_start, settings.iterations - 1
-        )
+        last_step = min(settings.densification_end, settings.iterations - 1)
         if not threshold or not step:
             return None
         if step == last_step:

@@ -32,8 +32,7 @@ def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -
     fine_tuning_step = step - objective.fine_tuning_start
     decay = 1.0
     if fine_tuning_step >= 0:
-        decay = cosine_decay(
-            fine_tuning_step, settings.iterations - step + fine_tuning_step, settings.lr_end_factor
-        )
+        fine_tuning_steps = settings.iterations - objective.fine_tuning_start
+        decay = cosine_decay(fine_tuning_step, fine_tuning_steps, settings.lr_end_factor)
     other_lrs = canonical_learning_rates(settings, extent)[1:]
     return [decay * lr for lr in (position_lr, *other_lrs)]

@@ -71,11 +71,10 @@ class PseudoViews:
         background = self._scenes[0].means.new_zeros(3)
         with torch.no_grad():
             images = [
-                self._rasterizer.render(scene, rendered_camera, background).image.cpu().numpy()
+                self._rasterizer.render(scene, rendered_camera, background).image
                 for scene in self._scenes
             ]
-        picture = torch.from_numpy(np.median(images, axis=0).astype(np.float32))
-        return PseudoView(camera, self._downscale, picture.to(background.device))
+            return PseudoView(camera, self._downscale, _compute_median(torch.stack(images)))
 
     def _draw_camera(self, generator: torch.Generator) -> Camera:
         first = int(torch.randint(len(self._cameras), (1,), generator=generator))
@@ -84,6 +83,12 @@ class PseudoViews:
         share = float(torch.rand((), generator=generator))
         position = _MIN_POSITION + (_MAX_POSITION - _MIN_POSITION) * share
         return interpolate_cameras(self._cameras[first], self._cameras[neighbors[rank]], position)
+
+
+def _compute_median(images: Tensor) -> Tensor:
+    """Return the median over the first axis; of an even number, the mean of the middle two."""
+    count = images.shape[0]
+    return images.sort(dim=0).values[(count - 1) // 2 : count // 2 + 1].mean(dim=0)
 
 
 def _find_neighbors(centers: NDArray[np.float64]) -> NDArray[np.int64]:

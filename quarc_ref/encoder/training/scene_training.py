@@ -36,6 +36,7 @@ from quarc_ref.encoder.training.regularizers import code_rate_nats, opacity_scal
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.encoder.training.views import average_squares
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.errors import EncodeError
 from quarc_ref.rendering.rasterizer import Rendering
 
 # Evaluating the code rate is slow, so only every second iteration uses it, with twice the weight.
@@ -90,6 +91,9 @@ class SceneTraining:
         """Run one iteration: prune if scheduled, train on a view, and densify if scheduled.
 
         Some iterations train on a pseudo-view besides their training view.
+
+        Raises:
+            EncodeError: All Gaussians became transparent.
         """
         context, objective, trainer = self._context, self._objective, self._trainer
         settings, step = objective.settings, self.step
@@ -107,6 +111,7 @@ class SceneTraining:
         if objective.should_densify(step):
             densify(trainer, self._statistics, settings, context.views.extent, self._generator)
             self._statistics = ScreenStatistics(trainer.count, context.device)
+            require_gaussians(trainer.count)
         self.step += 1
 
     def state(self) -> dict[str, Tensor]:
@@ -205,11 +210,14 @@ class SceneTraining:
             self._objective.header,
             self._objective.fine_tuning_start,
         )
-        noise = torch.randn(attributes.means.shape, generator=generator) * settings.position_noise
-        noise = noise.to(attributes.means.device)
+        noise = torch.zeros_like(attributes.means)
+        if settings.position_noise:
+            normals = torch.randn(noise.shape, generator=generator).to(noise.device)
+            noise = noise + settings.position_noise * normals
         if step < fine_tuning_start and settings.axis_noise:
             noise_factor = settings.axis_noise * (1 - step / fine_tuning_start)
-            noise = noise + sample_offsets(attributes.detached(), noise_factor, generator)
+            with torch.no_grad():
+                noise = noise + sample_offsets(attributes, noise_factor, generator)
         if step >= fine_tuning_start:
             attributes = attributes.quantized(header)
         has_sh_rest = header.sh_degree > 0 and step >= settings.sh_from_iter
@@ -221,3 +229,13 @@ class SceneTraining:
             attributes.sh_dc,
             attributes.sh_rest if has_sh_rest else torch.zeros_like(attributes.sh_rest),
         )
+
+
+def require_gaussians(count: int) -> None:
+    """Raise EncodeError if no Gaussian is left."""
+    if not count:
+        message = (
+            "all Gaussians of the first frame became transparent in training: check that its "
+            "pictures are not black (encode --start chooses another first frame)"
+        )
+        raise EncodeError(message)

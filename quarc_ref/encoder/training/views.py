@@ -39,6 +39,7 @@ class TrainingViews:
         self._extent = measure_extent(self._cameras)
         self._pictures: dict[tuple[int, int], Tensor] = {}
         self._masks: dict[tuple[int, int], Tensor | None] = {}
+        self._halved: TrainingViews | None = None
 
     @property
     def cameras(self) -> tuple[Camera, ...]:
@@ -94,17 +95,22 @@ class TrainingViews:
     def halved(self) -> "TrainingViews":
         """Return the same views with half the width and height.
 
+        They are cached until frames are dropped, so that the scenes of an ensemble share them.
+
         Raises:
             EncodeError: The pictures of a camera have a width or height of one pixel.
         """
-        try:
-            return TrainingViews(self._capture, self._device, 2 * self._downscale)
-        except DownscaleError as error:
-            message = f"{error}: use larger pictures, or canonical.half_resolution_until_iter=0"
-            raise EncodeError(message) from error
+        if self._halved is None:
+            try:
+                self._halved = TrainingViews(self._capture, self._device, 2 * self._downscale)
+            except DownscaleError as error:
+                message = f"{error}: use larger pictures, or canonical.half_resolution_until_iter=0"
+                raise EncodeError(message) from error
+        return self._halved
 
     def drop_frames_before(self, frame: int) -> None:
         """Remove the pictures and masks of frames before `frame` from the cache."""
+        self._halved = None
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
         self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
 

@@ -97,6 +97,15 @@ def test_a_scene_that_became_transparent_is_an_encode_error():
         )
 
 
+def test_a_scene_that_becomes_transparent_in_training_is_an_encode_error():
+    settings = replace(SMALL.canonical, prune_opacity=1.0, max_gaussians=20)
+
+    with pytest.raises(EncodeError, match="all Gaussians of the first frame became transparent"):
+        train_canonical(
+            make_context(), make_capture().points, CanonicalObjective(settings, StreamHeader())
+        )
+
+
 def test_training_starts_at_half_resolution_and_ends_at_full(monkeypatch):
     widths = []
     render = NumbaRasterizer.render

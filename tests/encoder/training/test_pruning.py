@@ -166,6 +166,19 @@ def test_the_last_pruning_happens_even_if_densification_has_no_end(quantize_from
     assert [pruning.threshold for pruning in prunings] == [None, None, None, 3.0]
 
 
+def test_densification_ends_with_the_last_pruning_even_if_fine_tuning_starts_earlier():
+    objective = CanonicalObjective(
+        CanonicalSettings(
+            iterations=1000, densify_until_iter=990, densify_from_iter=0, densification_interval=10,
+            quantize_from=0.8, prune_rd_lambda=3.0,
+        ),
+        StreamHeader(),
+    )  # fmt: skip
+
+    assert objective.pruning_at(800, 100).threshold
+    assert [step for step in range(1000) if objective.should_densify(step)] == [*range(0, 800, 10)]
+
+
 def test_a_weight_of_zero_prunes_nothing():
     objective = CanonicalObjective(CanonicalSettings(prune_rd_lambda=0.0), StreamHeader())
 

@@ -37,6 +37,15 @@ def test_pictures_are_scaled_to_1_for_white():
     assert np.array_equal(np.round(picture.numpy() * 255), capture.image(1, 1))
 
 
+def test_halved_views_are_shared_until_frames_are_dropped():
+    views = TrainingViews(make_capture(), torch.device("cpu"))
+    halved = views.halved()
+
+    assert views.halved() is halved
+    views.drop_frames_before(1)
+    assert views.halved() is not halved
+
+
 def test_a_pixel_of_a_halved_picture_is_the_mean_of_four():
     views = TrainingViews(make_capture(), torch.device("cpu"))
 
