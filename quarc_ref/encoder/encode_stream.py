@@ -53,6 +53,7 @@ from quarc_ref.encoder.training.first_frame import (
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.encoder.training.views import TrainingViews
+from quarc_ref.files import sync_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
 from quarc_ref.rendering.backends import choose_device, choose_rasterizer
@@ -140,6 +141,7 @@ class _Encoding:
             byte_count,
             context.view_count,
             config.canonical.training_steps,
+            config.canonical.half_resolution_steps,
             config.motion.iterations,
             config.births.iterations,
         )
@@ -203,7 +205,7 @@ class _Encoding:
         kind = self._commit(moved_frame, births)
         all_deaths = moved_frame.previous.scene.count - moved_frame.state.scene.count
         self._report_frame(kind, births.newborn.count if births else 0, all_deaths)
-        context.views.drop_frames_before(frame)
+        context.views.drop_frames_before(frame + 1)
         self.next_frame = frame + 1
 
     def finish(self) -> None:
@@ -257,6 +259,7 @@ class _Encoding:
     ) -> None:
         """Create the closed loop, whose header depends on the number of Gaussians in frame 0."""
         capture, self._initial_gaussian_count = self._capture, initial_gaussian_count
+        self._sink = sink
         header = make_header(self._config, capture.frames_per_second, initial_gaussian_count)
         existing_bytes, metadata = 0, self._metadata
         if partial_stream is not None:
@@ -274,6 +277,7 @@ class _Encoding:
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
         self.next_frame = 1
         if self._checkpoint is not None:
+            sync_file(self._sink)  # otherwise, a power failure could lose both
             self._checkpoint.remove()
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:

@@ -12,7 +12,7 @@ import torch
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.encoder.frames.rate_control import quality_factor
-from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
+from quarc_ref.encoder.monitoring.forecast import HALF_RESOLUTION_COST, estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig
@@ -23,9 +23,8 @@ from quarc_ref.encoder.training.trainable import Trainer
 from quarc_ref.format import container
 
 _WARM_UP_STEPS, _TIMED_STEPS = 2, 4
-# Time of a step at half resolution, relative to a step at full resolution.
-_HALF_RESOLUTION_TIME_FACTOR = 0.4
-# Time of a step on a pseudo-view, whose picture the ensemble renders, in steps at half resolution.
+# Duration of a step on a pseudo-view, whose picture the ensemble renders, relative to a step at
+# half resolution.
 _PSEUDO_VIEW_STEPS = 2
 _CANONICAL_BYTES_PER_GAUSSIAN, _SNAPSHOT_BYTES_PER_GAUSSIAN = 8.0, 2.5
 _FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = 0.25, 1.0  # bytes per Gaussian and frame
@@ -47,7 +46,7 @@ def estimate_encode(
     """
     step_seconds = estimate_step_seconds(context, points, config)
     full_steps, half_steps = count_steps(config.canonical)
-    first_frame_seconds = step_seconds * (full_steps + _HALF_RESOLUTION_TIME_FACTOR * half_steps)
+    first_frame_seconds = step_seconds * (full_steps + HALF_RESOLUTION_COST * half_steps)
     later_frame_count = plan.frames - max(1, plan.first_frame)
     seconds = later_frame_count * estimate_frame_seconds(plan, step_seconds) + (
         first_frame_seconds if plan.first_frame == 0 else 0.0

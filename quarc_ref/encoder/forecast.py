@@ -11,6 +11,7 @@ from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.estimate import count_steps, estimate_step_seconds
 from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
+from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
@@ -30,6 +31,7 @@ _PIXEL_BYTES = 1.5  # bytes per pixel of yuv420p
 _PICTURE_CACHE_BYTES = 1 << 28  # size of the capture's picture cache
 # floats per Gaussian: four copies (values, gradients, two moments of Adam) of 59 numbers
 _FLOATS_PER_GAUSSIAN = 59 * 4
+_ATTRIBUTE_FLOATS, _STATISTICS_FLOATS = 23, 3  # floats per Gaussian in a checkpoint
 # lower and upper bounds for canonical frames and snapshots
 _BYTES_PER_GAUSSIAN = {container.CANO: (7, 11), container.SNAP: (2, 4)}
 # the same for other frames, if births must be worth their bytes (`births.rd_lambda`) or not
@@ -86,7 +88,7 @@ def forecast(
         seconds_per_frame=later_frame_seconds,
         seconds=first_frame_seconds + later_frame_seconds * (frame_count - 1),
         memory_bytes=other_bytes + 2 * training_bytes,
-        disk_bytes=stream_bytes[1] + training_bytes,
+        disk_bytes=stream_bytes[1] + 2 * _count_checkpoint_bytes(config.canonical),
         stream_bytes=stream_bytes,
     )
 
@@ -108,6 +110,7 @@ def _forecast_seconds(
         byte_count=0,
         views=len(capture.training),
         canonical_steps=canonical.training_steps,
+        half_resolution_steps=canonical.half_resolution_steps,
         motion_steps=config.motion.iterations,
         birth_steps=config.births.iterations,
     )
@@ -129,6 +132,13 @@ def _forecast_stream_bytes(config: EncoderConfig, frame_count: int) -> tuple[int
         for bound, fraction in enumerate(_GAUSSIAN_COUNT_FRACTIONS)
     )
     return min_bytes, max_bytes
+
+
+def _count_checkpoint_bytes(canonical: CanonicalSettings) -> int:
+    """Return the maximum size of a checkpoint; while it is replaced, the disk holds two."""
+    copies = 3 + canonical.scene_count  # values, two moments of Adam, and finished scenes
+    floats = copies * _ATTRIBUTE_FLOATS + _STATISTICS_FLOATS
+    return canonical.max_gaussians * floats * _FLOAT_BYTES
 
 
 def _count_picture_bytes(capture: Capture) -> int:

@@ -29,7 +29,7 @@ def find_representable(positions: Int64) -> Bits:
 
     They must fit into a box of 2^20 position steps along each axis (SPEC 5.4). If they do not,
     because Gaussians have moved or were added at a distance, those in the box around the median are
-    kept, as in frame 0 (`training.quantize.drop_unrepresentable`).
+    kept.
 
     Raises:
         EncodeError: No position remains.

@@ -5,7 +5,9 @@ and is renamed to its target when it is complete. The file gets the permissions 
 if it replaces a file with different permissions.
 """
 
+import io
 import os
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -60,9 +62,14 @@ def write_file(target: Path, data: bytes, *, durable: bool = False) -> None:
 
 
 def sync_file(file: BinaryIO) -> None:
-    """Flush a file to disk, so that it survives a power failure."""
+    """Flush a file to disk, so that it survives a power failure.
+
+    Sinks that are not on disk, such as pipes and `BytesIO`, are only flushed.
+    """
     file.flush()
-    os.fsync(file.fileno())
+    with suppress(io.UnsupportedOperation):
+        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            os.fsync(file.fileno())
 
 
 def sync_folder(folder: Path) -> None:

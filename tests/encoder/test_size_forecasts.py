@@ -17,7 +17,7 @@ FRAMES = 3
 
 def _estimate_bytes(config):
     capture = make_capture()
-    plan = EncodePlan(capture.name, FRAMES, 0, 0, len(capture.training), 1, 1, 1)
+    plan = EncodePlan(capture.name, FRAMES, 0, 0, len(capture.training), 1, 0, 1, 1)
     return estimate_encode(make_context(), capture.points, plan, config).byte_count
 
 

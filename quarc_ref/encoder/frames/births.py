@@ -43,7 +43,7 @@ def fit_births(
         The quantized births; None if the frame has no births.
     """
     settings, frame = config.births, moved_state.scene.frame
-    if settings.iterations == 0:
+    if not (settings.iterations and settings.max_births):
         return None
     fixed_scene = FixedScene(context, from_splats(dequantize(moved_state.scene), context.device))
     if settings.placement == "gate":

@@ -126,11 +126,10 @@ class _MotionFit:
         rendering, loss = self._render(
             updates.apply_to(moved_attributes) if updates else moved_attributes, view
         )
-        loss = (
-            loss
-            + self._rate_weight * self._residuals.estimate_rate(settings)
-            + (updates.penalty() if updates else 0.0)
-        )
+        if self._rate_weight:
+            loss = loss + self._rate_weight * self._residuals.estimate_rate(settings)
+        if updates:
+            loss = loss + updates.penalty()
         *gradients, gradient = torch.autograd.grad(loss, [*self._leaves, rendering.means2d])
         self._adam.step(self._leaves, gradients, learning_rates)
         self._statistics.add(gradient, rendering, self._context.camera(view))

@@ -10,7 +10,7 @@ from typing import TextIO
 from quarc_ref.encoder.monitoring.forecast import TimeForecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, FrameWritten, TrainingStep
 
-_SCHEMA = "encode-log/1"
+_SCHEMA = "encode-log/2"
 
 
 class JsonLog:

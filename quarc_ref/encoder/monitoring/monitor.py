@@ -22,6 +22,8 @@ class EncodePlan:
         byte_count: Size of the partial stream that is resumed, bytes; 0 for a new stream.
         views: Number of training views.
         canonical_steps: Number of training steps of frame 0, of all scenes of the ensemble.
+        half_resolution_steps: Number of these steps that use half the width and height; usually
+            the first ones.
         motion_steps: Number of training steps for the motion of each frame after frame 0.
         birth_steps: Number of training steps for the births of each frame after frame 0.
     """
@@ -32,6 +34,7 @@ class EncodePlan:
     byte_count: int
     views: int
     canonical_steps: int
+    half_resolution_steps: int
     motion_steps: int
     birth_steps: int
 

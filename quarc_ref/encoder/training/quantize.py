@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from torch import Tensor
 
 from quarc_ref.decoder.scene import Scene
+from quarc_ref.encoder.requantize import find_representable
 from quarc_ref.encoder.training.straight_through import position_step, split_rotations
 from quarc_ref.encoder.training.trainable import Attributes
 from quarc_ref.format.arrays import Int64
-from quarc_ref.format.constants import AXIS_BITS_LIMIT, CODE_LIMIT, POSITION_LIMIT
+from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Births, Gaussians, StreamHeader
 
@@ -47,14 +48,12 @@ def quantize_gaussians(attributes: Attributes, header: StreamHeader) -> Gaussian
 def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attributes:
     """Return the Gaussians whose positions a canonical frame can represent (SPEC 5.4).
 
-    The lattice limits positions. In addition, the Gaussians of a frame must fit into a box of 2^20
-    position steps along each axis; those in the box around their median are kept. Usually, only a
-    few outliers are dropped.
+    The lattice limits positions, and the Gaussians of a frame must fit into a box
+    (`requantize.find_representable`). Usually, only a few outliers are dropped.
 
     Raises:
         EncodeError: No Gaussian remains.
     """
-    max_offset = (1 << (AXIS_BITS_LIMIT - 1)) - 1
     positions_in_steps = attributes.means / position_step(header)
     is_on_lattice = (positions_in_steps.abs() <= _max_position_steps(header)).all(dim=1)
     if not bool(is_on_lattice.any()):
@@ -63,8 +62,9 @@ def drop_unrepresentable(attributes: Attributes, header: StreamHeader) -> Attrib
             "origin of the capture's poses and points into the scene"
         )
         raise EncodeError(message)
-    offsets = positions_in_steps - positions_in_steps[is_on_lattice].median(dim=0).values
-    return attributes.rows(is_on_lattice & (offsets.abs() <= max_offset).all(dim=1))
+    attributes = attributes.rows(is_on_lattice)
+    is_kept = find_representable(_round_to_steps(attributes.means, position_step(header)))
+    return attributes.rows(torch.from_numpy(is_kept).to(attributes.means.device))
 
 
 def find_representable_births(attributes: Attributes, parents: Tensor, scene: Scene) -> Tensor:

@@ -1,6 +1,10 @@
 import pytest
 
-from quarc_ref.encoder.monitoring.forecast import TimeForecast, estimate_frame_seconds
+from quarc_ref.encoder.monitoring.forecast import (
+    HALF_RESOLUTION_COST,
+    TimeForecast,
+    estimate_frame_seconds,
+)
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.monitoring.status import format_duration
 
@@ -17,8 +21,8 @@ def clock():
     return _Clock()
 
 
-def _make_plan(first_frame=0):
-    return EncodePlan("room", 11, first_frame, 0, 10, 100, 50, 20)
+def _make_plan(first_frame=0, half_resolution_steps=0):
+    return EncodePlan("room", 11, first_frame, 0, 10, 100, half_resolution_steps, 50, 20)
 
 
 def test_there_is_no_forecast_before_the_first_measurement(clock):
@@ -39,6 +43,20 @@ def test_frame_0_gives_a_forecast_for_all_frames(clock):
     clock.now += 1
     forecast.record_frame(0)
     assert forecast.seconds_left() == pytest.approx(remaining_seconds)
+
+
+@pytest.mark.parametrize("step", [40, 75, 100])
+def test_steps_at_half_resolution_count_less(clock, step):
+    plan = _make_plan(half_resolution_steps=70)
+    forecast = TimeForecast(plan, clock)
+    for index in range(1, step + 1):
+        clock.now += 0.5 * HALF_RESOLUTION_COST if index <= 70 else 0.5
+        forecast.record_step("canonical", index)
+
+    half_steps_left, full_steps_left = max(0, 70 - step), min(30, 100 - step)
+    remaining_steps = half_steps_left * HALF_RESOLUTION_COST + full_steps_left
+    remaining_seconds = 10 * estimate_frame_seconds(plan, 0.5)
+    assert forecast.seconds_left() == pytest.approx(remaining_steps * 0.5 + remaining_seconds)
 
 
 def test_later_frames_improve_the_forecast(clock):

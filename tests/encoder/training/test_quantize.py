@@ -100,7 +100,8 @@ def test_a_scene_far_from_the_origin_is_kept(distance_in_steps):
     header = StreamHeader()
     attributes = _make_attributes(header)
     attributes.means[:] += distance_in_steps * position_step(header)
-    attributes.means[5, 1] += 600_000 * position_step(header)  # outside 2^20 steps
+    attributes.means[4, 1] += 500_000 * position_step(header)
+    attributes.means[5, 1] += 1_100_000 * position_step(header)  # outside 2^20 steps
 
     representable = drop_unrepresentable(attributes, header)
 
@@ -108,6 +109,14 @@ def test_a_scene_far_from_the_origin_is_kept(distance_in_steps):
     gaussians = quantize_gaussians(representable, header)
     assert np.ptp(gaussians.positions, axis=1).max() < 1 << AXIS_BITS_LIMIT
     assert begin_canonical(header, 0, gaussians).scene.count == 19
+
+
+def test_an_outlier_is_kept_if_all_gaussians_fit_into_the_box():
+    header = StreamHeader()
+    attributes = _make_attributes(header)
+    attributes.means[5, 1] += 900_000 * position_step(header)  # far from the median
+
+    assert drop_unrepresentable(attributes, header).means.shape[0] == 20
 
 
 def test_a_scene_without_any_valid_gaussian_is_an_encode_error():
