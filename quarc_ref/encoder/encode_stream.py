@@ -8,6 +8,8 @@ state ──> start_frame ──> fit_motion ──> move_frame ──> fit_birt
 and by `commit_as_snapshot` every `canonical.snapshot_interval` frames.
 """
 
+import hashlib
+import json
 from contextlib import AbstractContextManager
 from dataclasses import asdict, replace
 from functools import partial
@@ -282,8 +284,9 @@ class _Encoding:
 
     def _open_checkpoint(self, path: Path | None) -> Checkpoint | None:
         """Return the checkpoint for the inputs of this encode, or None if `path` is None."""
-        cameras = [asdict(camera) for camera in self._capture.cameras]
-        return None if path is None else Checkpoint(path, [self._metadata, cameras])
+        cameras = json.dumps([asdict(camera) for camera in self._capture.cameras])
+        identity = {**self._metadata, "cameras": hashlib.sha256(cameras.encode()).hexdigest()}
+        return None if path is None else Checkpoint(path, identity)
 
 
 def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:

@@ -27,6 +27,18 @@ class ArrayFileError(Exception):
     """A file is damaged, or does not contain the expected arrays."""
 
 
+class OtherKeyError(ArrayFileError):
+    """A file has a different key.
+
+    Attributes:
+        key: The key of the file.
+    """
+
+    def __init__(self, key: str) -> None:
+        super().__init__("the file has a different key")
+        self.key = key
+
+
 @dataclass(frozen=True, slots=True)
 class Layout:
     """Types and shapes that the arrays of a file must have.
@@ -85,12 +97,15 @@ def read_arrays(file: BinaryIO, key: str, layout: Layout) -> Arrays:
         layout: Expected types and shapes.
 
     Raises:
-        ArrayFileError: The file is damaged, or its key, types or shapes are not as expected.
+        OtherKeyError: The file has a different key.
+        ArrayFileError: The file is damaged, or its types or shapes are not as expected.
         OSError: The file cannot be read.
     """
     header_line = file.readline(_MAX_HEADER_BYTES)
     found_key, crc, array_types = _parse_header(header_line)
-    if found_key != key or not layout.matches(array_types):
+    if found_key != key:
+        raise OtherKeyError(str(found_key))
+    if not layout.matches(array_types):
         message = "the file does not contain the expected arrays"
         raise ArrayFileError(message)
     byte_counts = {

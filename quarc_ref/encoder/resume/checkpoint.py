@@ -4,7 +4,6 @@ After frame 0 is written, an encode resumes from the stream (`partial_stream`) a
 checkpoint.
 """
 
-import hashlib
 import json
 import os
 import time
@@ -15,9 +14,11 @@ from quarc_ref.encoder.resume.array_file import (
     ArrayFileError,
     Arrays,
     Layout,
+    OtherKeyError,
     read_arrays,
     write_arrays,
 )
+from quarc_ref.encoder.resume.differences import compare_metadata, make_resume_error
 from quarc_ref.files import atomic_file, remove_leftovers
 from quarc_ref.files.locks import open_regular_file
 
@@ -41,12 +42,12 @@ class Checkpoint:
 
     Args:
         path: Path of the file.
-        identity: JSON values that identify the run; files of other runs are ignored.
+        identity: Metadata that identifies the run.
     """
 
-    def __init__(self, path: Path, identity: object) -> None:
-        self._path = path
-        self._key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()
+    def __init__(self, path: Path, identity: dict[str, str]) -> None:
+        self._path, self._identity = path, identity
+        self._key = json.dumps(identity)
         self._last_save_time = time.monotonic()
 
     def load(self, layout: Layout) -> Arrays | None:
@@ -56,11 +57,21 @@ class Checkpoint:
             layout: Expected types and shapes.
 
         Returns:
-            The arrays; None if the file is missing, damaged or from a different run.
+            The arrays; None if the file is missing or damaged, or is no checkpoint.
+
+        Raises:
+            ResumeError: The file is from a different run.
         """
         try:
             with open_regular_file(self._path, os.O_RDONLY) as file:
                 return read_arrays(file, self._key, layout)
+        except OtherKeyError as error:
+            identity = _parse_identity(error.key)
+            if not identity:
+                return None
+            what = f"the training state in {self._path} was saved"
+            differences = compare_metadata(identity, self._identity)
+            raise make_resume_error(what, differences) from error
         except (OSError, ArrayFileError):
             return None
 
@@ -86,3 +97,14 @@ class Checkpoint:
     def remove(self) -> None:
         """Remove the file and its temporary files."""
         remove_checkpoint(self._path)
+
+
+def _parse_identity(key: str) -> dict[str, str]:
+    """Return the metadata in the key of a file; empty if it contains none."""
+    try:
+        identity = json.loads(key)
+    except (ValueError, RecursionError):
+        return {}
+    if not isinstance(identity, dict):
+        return {}
+    return {name: value for name, value in identity.items() if isinstance(value, str)}

@@ -10,8 +10,8 @@ To detect differences, the metadata of the stream is compared with that of the n
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
+from quarc_ref.encoder.resume.differences import compare_metadata, make_resume_error
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.settings.renamed import update_names
 from quarc_ref.format import container, wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.container import Chunk
@@ -109,23 +109,13 @@ def require_match(
         cameras: Cameras of this encode.
         metadata: Metadata of this encode.
     """
-    differences = _compare_metadata(partial_stream.metadata, metadata) or [
-        *(["set of cameras"] if partial_stream.cameras != _round_trip_cameras(cameras) else []),
+    differences = compare_metadata(partial_stream.metadata, metadata) or [
+        *(["cameras"] if partial_stream.cameras != _round_trip_cameras(cameras) else []),
         *_compare_headers(partial_stream.header, header),
     ]
     if differences:
-        message = (
-            "the partial stream was encoded with different inputs; these differ: "
-            f"{', '.join(_DIFFERENCE_DESCRIPTIONS.get(name, name) for name in differences)}; "
-            "encode to another file, or use --force without --resume to replace the stream"
-        )
-        raise ResumeError(message)
-
-
-_DIFFERENCE_DESCRIPTIONS = {
-    "fingerprint": "fingerprint (of the capture's files, including masks)",
-    "encoder": "encoder (the version of quarc-ref or of a library)",
-}
+        what = "the partial stream was encoded"
+        raise make_resume_error(what, differences)
 
 
 def require_frames(
@@ -172,25 +162,3 @@ def _compare_headers(existing_header: StreamHeader, new_header: StreamHeader) ->
     """Return the names of header fields that differ; the conformance level is not compared."""
     names = [field.name for field in fields(StreamHeader) if field.name != "level"]
     return [name for name in names if getattr(existing_header, name) != getattr(new_header, name)]
-
-
-def _compare_metadata(existing_metadata: dict[str, str], new_metadata: dict[str, str]) -> list[str]:
-    """Return the names of metadata entries and settings that differ."""
-    if "settings" in existing_metadata:
-        existing_metadata = existing_metadata | {
-            "settings": update_names(existing_metadata["settings"])
-        }
-    differing_names = [
-        name
-        for name in {**existing_metadata, **new_metadata}
-        if existing_metadata.get(name) != new_metadata.get(name)
-    ]
-    if "settings" in differing_names:
-        differing_names.remove("settings")
-        changed_items = {*existing_metadata.get("settings", "").split()} ^ {
-            *new_metadata["settings"].split()
-        }
-        differing_names += sorted(
-            {item.partition("=")[0] for item in changed_items if "=" in item}
-        ) or ["settings"]
-    return differing_names

@@ -23,21 +23,28 @@ def opacity_scale_penalty(attributes: Attributes, settings: CanonicalSettings) -
     return settings.opacity_reg * opacities.mean() + settings.scale_reg * scales.mean()
 
 
-def code_rate_nats(attributes: Attributes, header: StreamHeader) -> Tensor:
+def code_rate_nats(
+    attributes: Attributes, header: StreamHeader, *, has_sh_rest: bool = True
+) -> Tensor:
     """Estimate the mean rate of a Gaussian's codes in nats, excluding position and opacity.
 
     Codes of rotation and SH rest are mostly 0, so the rate of each is estimated as
     ln(1 + magnitude). The rate of a scale or SH DC code is estimated as ln(1 + mean absolute
     deviation), because the entropy coder adapts to the distribution of each component.
+
+    Args:
+        attributes: The Gaussians.
+        header: Header of the stream, which contains the quantization steps.
+        has_sh_rest: Whether SH rest counts. Before it is trained, it is 0, and must have no
+            gradient, because zeros would accumulate in Adam's state.
     """
-    count = attributes.means.shape[0]
-    rotation_nats = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
-    sh_rest_nats = torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
-    deviation_nats = _deviation_nats(attributes.log_scales, header.log_scale_step)
-    deviation_nats = deviation_nats + _deviation_nats(
-        attributes.sh_dc.flatten(1), header.sh_dc_step
-    )
-    return rotation_nats + sh_rest_nats + deviation_nats
+    nats = _rotation_nats(attributes.rotations, 1 << header.rotation_bits).mean()
+    nats = nats + _deviation_nats(attributes.log_scales, header.log_scale_step)
+    nats = nats + _deviation_nats(attributes.sh_dc.flatten(1), header.sh_dc_step)
+    if has_sh_rest:
+        count = attributes.means.shape[0]
+        nats = nats + torch.log1p(attributes.sh_rest.abs() / header.sh_rest_step).sum() / count
+    return nats
 
 
 def _rotation_nats(rotations: Tensor, steps_per_unit: int) -> Tensor:

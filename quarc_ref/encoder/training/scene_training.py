@@ -67,6 +67,7 @@ class SceneTraining:
     ) -> None:
         settings = objective.settings
         self.first_step = index * settings.pseudo_view_steps.start
+        self._is_written = index == settings.scene_count - 1
         self.step = 0
         self.pseudo_views: PseudoViews | None = None
         self._context, self._objective = context, objective
@@ -137,6 +138,12 @@ class SceneTraining:
         self._statistics.restore(state)
 
     @property
+    def _has_sh_rest(self) -> bool:
+        """Whether the current iteration trains SH degree 1."""
+        objective = self._objective
+        return objective.header.sh_degree > 0 and self.step >= objective.settings.sh_from_iter
+
+    @property
     def _step_context(self) -> TrainingContext:
         """The context whose pictures have the size that the current iteration uses."""
         uses_half_resolution = self.step < self._objective.settings.half_resolution_until_iter
@@ -189,8 +196,10 @@ class SceneTraining:
         settings = objective.settings
         loss = loss + opacity_scale_penalty(trainer.attributes, settings)
         rate_weight = settings.code_rd_lambda * objective.rd_lambda
-        if rate_weight and step % _RATE_INTERVAL == 0:
-            rate_nats = code_rate_nats(trainer.attributes, objective.header)
+        if self._is_written and rate_weight and step % _RATE_INTERVAL == 0:
+            rate_nats = code_rate_nats(
+                trainer.attributes, objective.header, has_sh_rest=self._has_sh_rest
+            )
             loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
         gradient = trainer.step(loss, rendering.means2d)
         if objective.should_decay_opacity(step):
@@ -220,14 +229,13 @@ class SceneTraining:
                 noise = noise + sample_offsets(attributes, noise_factor, generator)
         if step >= fine_tuning_start:
             attributes = attributes.quantized(header)
-        has_sh_rest = header.sh_degree > 0 and step >= settings.sh_from_iter
         return Attributes(
             attributes.means + noise,
             attributes.rotations,
             attributes.log_scales,
             attributes.opacities,
             attributes.sh_dc,
-            attributes.sh_rest if has_sh_rest else torch.zeros_like(attributes.sh_rest),
+            attributes.sh_rest if self._has_sh_rest else torch.zeros_like(attributes.sh_rest),
         )
 
 

@@ -9,6 +9,7 @@ from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.encoder.resume.array_file import Layout, write_arrays
 from quarc_ref.encoder.resume.checkpoint import Checkpoint, checkpoint_path
 from quarc_ref.encoder.stream_file import encode_file
+from quarc_ref.format.errors import ResumeError
 from tests.encoder.toys import SMALL, make_capture
 
 _CONFIG = replace(
@@ -125,35 +126,53 @@ def test_an_incomplete_or_foreign_file_is_ignored(damage, tmp_path, uninterrupte
 
 
 @pytest.mark.parametrize(
-    "config", [replace(_CONFIG, seed=1), replace(_CONFIG, rd_lambda=2.0)], ids=["seed", "rate"]
+    ("config", "name"),
+    [
+        (replace(_CONFIG, seed=1), "seed"),
+        (
+            replace(_CONFIG, canonical=replace(_CONFIG.canonical, iterations=61)),
+            "canonical.iterations",
+        ),
+    ],
+    ids=["seed", "iterations"],
 )
-def test_other_settings_start_again(config, tmp_path):
+def test_a_training_with_other_settings_is_not_lost(config, name, tmp_path):
     path = tmp_path / "toy.quarc"
     _interrupt(path, 30)
-    options = _options(config=config)
+    saved_bytes = checkpoint_path(path).read_bytes()
 
-    encode_file(make_capture(), path, options)
+    with pytest.raises(ResumeError, match=f"these differ: {name};"):
+        encode_file(make_capture(), path, _options(config=config))
 
-    assert options.progress.first == 1
+    assert checkpoint_path(path).read_bytes() == saved_bytes
 
 
-def test_a_capture_with_other_cameras_starts_again(tmp_path):
+def test_a_training_with_other_cameras_is_not_lost(tmp_path):
     path = tmp_path / "toy.quarc"
     _interrupt(path, 30)
-    capture, options = make_capture(), _options()
+    saved_bytes, capture = checkpoint_path(path).read_bytes(), make_capture()
     last = replace(capture.cameras[-1], held_out=True)
     capture.cameras = (*capture.cameras[:-1], last)
 
-    encode_file(capture, path, options)
+    with pytest.raises(ResumeError, match="set of cameras"):
+        encode_file(capture, path, _options())
 
-    assert options.progress.first == 1
+    assert checkpoint_path(path).read_bytes() == saved_bytes
+
+
+@pytest.mark.parametrize("key", ["other", "3", "[1]", '{"seed": 3}', "["])
+def test_a_key_without_metadata_is_ignored(key, tmp_path):
+    with (tmp_path / "kept").open("wb") as sink:
+        write_arrays(sink, key, {"step": np.array(3)})
+
+    assert Checkpoint(tmp_path / "kept", {"name": "this"}).load(Layout({}, {})) is None
 
 
 def test_a_file_is_rewritten_after_a_minute(tmp_path, monkeypatch):
     monkeypatch.setattr(checkpoint, "_SAVE_INTERVAL_SECONDS", 60.0)
     now = [0.0]
     monkeypatch.setattr(checkpoint.time, "monotonic", lambda: now[0])
-    saved_training = Checkpoint(tmp_path / "kept", "this")
+    saved_training = Checkpoint(tmp_path / "kept", {"name": "this"})
     loaded_times = []
     for now[0] in (0.0, 59.0, 60.0, 61.0, 119.0, 121.0):
         saved_training.save_if_due(lambda: {"now": np.array(now[0])})
@@ -165,7 +184,7 @@ def test_a_file_is_rewritten_after_a_minute(tmp_path, monkeypatch):
 
 def test_temporary_files_of_a_killed_process_are_removed(tmp_path):
     pytest.importorskip("fcntl")
-    saved_training = Checkpoint(tmp_path / "kept", "this")
+    saved_training = Checkpoint(tmp_path / "kept", {"name": "this"})
     saved_training.save_if_due(dict)
     (tmp_path / ".kept.0123456789abcdef.part").touch()
 
@@ -177,6 +196,6 @@ def test_temporary_files_of_a_killed_process_are_removed(tmp_path):
 def test_a_file_survives_a_power_failure(tmp_path, monkeypatch):
     synced = []
     monkeypatch.setattr("os.fsync", lambda _: synced.append((tmp_path / "kept").exists()))
-    Checkpoint(tmp_path / "kept", "this").save_if_due(dict)
+    Checkpoint(tmp_path / "kept", {"name": "this"}).save_if_due(dict)
 
     assert synced == [False, True]

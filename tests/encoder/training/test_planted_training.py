@@ -53,7 +53,7 @@ def _train(path, last=None, config=_CONFIG):
         context,
         make_capture().points,
         CanonicalObjective(config, header),
-        Checkpoint(path, "toy"),
+        Checkpoint(path, {"name": "toy"}),
     )
     return trained, steps.first
 
@@ -82,7 +82,7 @@ def uninterrupted(tmp_path_factory):
 
 
 def _plant(path, saved, changes):
-    key = Checkpoint(path, "toy")._key
+    key = Checkpoint(path, {"name": "toy"})._key
     arrays = {name: array for name, array in (saved | changes).items() if array is not None}
     with path.open("wb") as file:
         write_arrays(file, key, arrays)
@@ -161,7 +161,7 @@ def test_anything_but_a_regular_file_is_ignored(kind, saved, tmp_path):
         os.mkfifo(path)
     else:
         path.mkdir()
-    loaded = Checkpoint(path, "toy").load(None)
+    loaded = Checkpoint(path, {"name": "toy"}).load(None)
 
     assert loaded is None
     if kind == "link":
@@ -184,7 +184,7 @@ def test_a_bomb_is_not_inflated(tmp_path):
     program = (
         "import sys, resource; from pathlib import Path\n"
         "from quarc_ref.encoder.resume.checkpoint import Checkpoint\n"
-        "kept = Checkpoint(Path(sys.argv[1]), 'toy')\n"
+        "kept = Checkpoint(Path(sys.argv[1]), {'name': 'toy'})\n"
         "before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss\n"
         "assert kept.load(None) is None\n"
         "print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)"

@@ -45,6 +45,17 @@ def test_a_code_of_sh_rest_costs_its_logarithm():
     assert _measure_code_rate(sh_rest=sh_rest) == pytest.approx(math.log(1 + 3) / 2)
 
 
+def test_sh_rest_that_is_not_trained_yet_has_no_rate_and_no_gradient():
+    sh_rest, log_scales = torch.ones(2, 3, 3).requires_grad_(), torch.eye(2, 3).requires_grad_()
+    attributes = replace(_BLANK, sh_rest=sh_rest, log_scales=log_scales)
+
+    rate = code_rate_nats(attributes, _HEADER, has_sh_rest=False)
+    gradient, _ = torch.autograd.grad(rate, [sh_rest, log_scales], allow_unused=True)
+
+    assert rate.item() == pytest.approx(_measure_code_rate(log_scales=log_scales.detach()))
+    assert gradient is None
+
+
 def test_a_rotation_costs_the_logarithm_of_its_smaller_components():
     rotations = torch.tensor([[2.0, 0, 0, 0], [0.6, 0, 0, -0.8]])
 

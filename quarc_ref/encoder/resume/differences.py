@@ -1,0 +1,46 @@
+"""Names what differs between an interrupted encode and the encode that is to resume it."""
+
+from quarc_ref.encoder.settings.renamed import update_names
+from quarc_ref.format.errors import ResumeError
+
+_DESCRIPTIONS = {
+    "cameras": "set of cameras",
+    "fingerprint": "fingerprint (of the capture's files, including masks)",
+    "encoder": "encoder (the version of quarc-ref or of a library)",
+}
+
+
+def make_resume_error(what: str, differences: list[str]) -> ResumeError:
+    """Return the error for an encode that cannot be resumed.
+
+    Args:
+        what: What was found, such as "the partial stream was encoded".
+        differences: Names of entries and settings that differ.
+    """
+    names = ", ".join(_DESCRIPTIONS.get(name, name) for name in differences)
+    return ResumeError(
+        f"{what} with different inputs; these differ: {names}; encode to another file, or use "
+        "--force without --resume to replace the stream"
+    )
+
+
+def compare_metadata(existing_metadata: dict[str, str], new_metadata: dict[str, str]) -> list[str]:
+    """Return the names of metadata entries and settings that differ."""
+    if "settings" in existing_metadata:
+        existing_metadata = existing_metadata | {
+            "settings": update_names(existing_metadata["settings"])
+        }
+    differing_names = [
+        name
+        for name in {**existing_metadata, **new_metadata}
+        if existing_metadata.get(name) != new_metadata.get(name)
+    ]
+    if "settings" in differing_names:
+        differing_names.remove("settings")
+        changed_items = {*existing_metadata.get("settings", "").split()} ^ {
+            *new_metadata.get("settings", "").split()
+        }
+        differing_names += sorted(
+            {item.partition("=")[0] for item in changed_items if "=" in item}
+        ) or ["settings"]
+    return differing_names
