@@ -228,12 +228,23 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         type=Path,
         default=Path("out/paper"),
         metavar="DIR",
-        help="folder for results; a run continues with the results that are already there",
+        help="folder for results; a run continues with the results that are already there "
+        "(default: %(default)s)",
     )
-    add("--preset", choices=sorted(PRESETS), default="main", help="preset of the full method")
+    add(
+        "--preset",
+        choices=sorted(PRESETS),
+        default="main",
+        help="preset of the full method (default: %(default)s)",
+    )
     add_set_option(parser)
     add_capture_options(parser)
-    add("--seed", type=parse_count, default=0)
+    add(
+        "--seed",
+        type=parse_count,
+        default=0,
+        help="seed of all random numbers (default: %(default)s)",
+    )
     add(
         "--only",
         type=_split_names,
@@ -242,9 +253,14 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         help=f"comma-separated experiments to run (default: all): {','.join(EXPERIMENTS)}",
     )
     add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS (VGG16)")
-    add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
-    add("--workers", type=int, default=1, help="number of parallel trials")
-    add("--threads", type=int, default=1, help="number of threads per trial")
+    add(
+        "--device",
+        choices=("auto", "cpu", "cuda"),
+        default="cpu",
+        help="device of the training (default: %(default)s)",
+    )
+    add("--workers", type=int, default=1, help="number of parallel trials (default: %(default)s)")
+    add("--threads", type=int, default=1, help="threads per trial (default: %(default)s)")
     add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
     add("--json", action="store_true", help="print the rows as JSON")
     return parser.parse_args(command_line)

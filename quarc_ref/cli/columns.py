@@ -26,7 +26,8 @@ COMPARE_COLUMNS = {
     "bytes, KB / frame": "size of all frames of the entry; a KB is 1024 bytes.",
     "Mb/s": "megabits per second at the capture's frame rate.",
     "dB to first": "difference in PSNR from the first entry, computed for each view and averaged.",
-    "better": "share of the views in which the entry has a higher PSNR than the first entry.",
+    "better": "share of the views in which the entry has a higher PSNR than the first entry; a "
+    "difference below 0.005 dB counts as half a view.",
     "BD-rate": "difference in bytes from the first method at equal PSNR; negative means fewer.",
     "BD-rate by SSIM": "the same difference in bytes, but at equal SSIM.",
     "BD-PSNR": "difference in PSNR from the first method at equal bytes.",

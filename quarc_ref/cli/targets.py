@@ -18,7 +18,22 @@ from quarc_ref.files import OutputFolder
 _FILE_SUFFIXES = {
     *(f".{suffix}" for suffix in EXPORT_FORMATS),
     *(".quarc", ".splat", ".ksplat", ".gltf", ".usd", ".usda", ".usdz", ".html", ".json"),
-    *(".mp4", ".mov", ".mkv", ".avi", ".webm", ".png", ".jpg", ".jpeg", ".gif"),
+    *(".mp4", ".mov", ".mkv", ".avi", ".webm", ".png", ".jpg", ".jpeg", ".gif", ".webp", ".tif"),
+    *(
+        ".obj",
+        ".stl",
+        ".fbx",
+        ".xyz",
+        ".pcd",
+        ".las",
+        ".laz",
+        ".e57",
+        ".npy",
+        ".pt",
+        ".pth",
+        ".ckpt",
+    ),
+    *(".zip", ".tar", ".gz", ".7z", ".csv", ".txt"),
 }
 
 

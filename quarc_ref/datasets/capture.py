@@ -154,7 +154,7 @@ class Capture:
         if not 1 <= requested_count <= self.frame_count:
             message = (
                 f"{requested_count} frames are requested, but capture {self.name} has "
-                f"{self.frame_count}"
+                f"{self.frame_count}{f' from frame {self.start} on' if self.start else ''}"
             )
             raise TooFewFramesError(message)
         return requested_count

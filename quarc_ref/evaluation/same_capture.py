@@ -73,13 +73,30 @@ def open_same_capture(
     if capture.frame_count <= summary.frames[-1].frame:
         message = (
             f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
-            f"which has {capture.frame_count} frames"
+            f"whose last frame is {capture.frame_count - 1}"
         )
         raise MismatchError(message)
     encoded_from = summary.metadata.get("fingerprint", capture.fingerprint)
     if encoded_from != capture.fingerprint and not accept_other_capture:
         raise OtherCaptureError(capture.fingerprint, encoded_from)
     return capture
+
+
+def describe_doubt(encoded_from: str | None, fingerprint: str) -> str | None:
+    """Return why a stream may not show the frames of a capture; None if it was encoded from it.
+
+    Args:
+        encoded_from: Fingerprint in the metadata of the stream; None if there is none.
+        fingerprint: Fingerprint of the capture.
+    """
+    if encoded_from is None:
+        return (
+            "the stream has no fingerprint of its capture, so it may have been made from another "
+            "capture, or joined from frames that are not consecutive"
+        )
+    if encoded_from != fingerprint:
+        return f"the stream was made from another capture, with fingerprint {encoded_from}"
+    return None
 
 
 def read_start_frame(summary: StreamSummary) -> int:

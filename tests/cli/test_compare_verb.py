@@ -186,6 +186,21 @@ def test_a_stream_of_another_capture_is_compared_only_on_request(encoded_stream,
     assert (rejected_run.exit_code, accepted_run.exit_code) == (2, 0)
     assert f"{encoded_stream.file}: the stream was made from another" in rejected_run.stderr
     assert "use --other-capture" in rejected_run.stderr
+    warning = f"{encoded_stream.file}: the stream was made from another capture"
+    assert accepted_run.stderr.count(warning) == 2
+
+
+def test_a_stream_without_a_fingerprint_is_compared_with_a_warning(
+    encoded_stream, capture, tmp_path
+):
+    cut_file, joined_file = tmp_path / "cut.quarc", tmp_path / "joined.quarc"
+    assert run("cut", encoded_stream.file, "--frames", "0:1", "-o", cut_file).exit_code == 0
+    assert run("join", cut_file, cut_file, "-o", joined_file).exit_code == 0
+    line = ["compare", encoded_stream.file, joined_file, "--capture", capture, "--frames", "0:1"]
+    result = run(*line)
+
+    assert f"{joined_file}: the stream has no fingerprint of its capture" in result.stderr
+    assert f"{encoded_stream.file}:" not in result.stderr
 
 
 def test_a_damaged_stream_is_named(encoded_stream, tmp_path):

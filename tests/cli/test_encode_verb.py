@@ -160,6 +160,7 @@ def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
         (["--seed", 1 << 64], "--seed"),
         (["--frames", "0"], "--frames"),
         (["--frames", "4"], "--frames 4: 4 frames are requested, but capture plane has 3"),
+        (["--start", "1", "--frames", "3"], "but capture plane has 2 from frame 1 on"),
         (["--frames", "100", "--segments", "2"], "--frames 100: 100 frames are requested"),
         (["--downscale", "0"], "--downscale"),
         (["--downscale", "1000"], "--downscale 1000"),

@@ -137,6 +137,8 @@ def compare(
                 raise UsageError(message) from error
             except MismatchError as error:
                 raise UsageError(str(error)) from error
+            for doubt in opened_entries.doubts:
+                print_message(doubt)
             summary = summarize(comparison)
             if folder:
                 from quarc_ref.evaluation.comparison.page import write_comparison

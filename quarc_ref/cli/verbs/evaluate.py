@@ -94,15 +94,11 @@ def _convert_mismatch_errors(file: str, *, as_json: bool) -> Iterator[None]:
 
 
 def _warn_about_other_capture(protocol: "Protocol") -> None:
-    if protocol.is_same_capture is None:
-        print_message(
-            "the stream has no fingerprint of its capture, so it may have been made from another "
-            "capture"
-        )
-    elif not protocol.is_same_capture:
-        print_message(
-            f"the stream was made from another capture, with fingerprint {protocol.encoded_from}"
-        )
+    from quarc_ref.evaluation.same_capture import describe_doubt
+
+    doubt = describe_doubt(protocol.encoded_from, protocol.fingerprint)
+    if doubt:
+        print_message(doubt)
 
 
 def _report_equal_views(quality: "Quality") -> None:
@@ -139,8 +135,10 @@ def print_evaluation(
         }
         print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **page_names})
         return
+    frames = evaluation.frames
     fields = {
-        "PSNR, held out": f"{mean(quality.psnr):.2f} dB; first frame {quality.psnr[0]:.2f}, "
+        "measured frames": f"{frames[0]} to {frames[-1]}",
+        "PSNR, held out": f"{mean(quality.psnr):.2f} dB; frame {frames[0]} {quality.psnr[0]:.2f}, "
         f"worst {min(quality.psnr):.2f}",
         "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",
     }

@@ -19,6 +19,7 @@ from quarc_ref.evaluation.comparison.renders import RENDERS, open_renders
 from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
 from quarc_ref.evaluation.same_capture import (
     MismatchError,
+    describe_doubt,
     open_same_capture,
     read_start_frame,
 )
@@ -75,12 +76,14 @@ class ComparisonInputs:
             first entry.
         cameras: Cameras to compare on, by name.
         frames_per_second: Frame rate of all entries.
+        doubts: Why a stream may not show the frames of the capture, a message for each stream.
     """
 
     entries: list[Entry]
     capture: Capture | None
     cameras: dict[str, Camera]
     frames_per_second: float
+    doubts: tuple[str, ...] = ()
 
 
 def open_entries(
@@ -124,7 +127,15 @@ def open_entries(
         else:
             entries.append(_open_non_stream(source, cameras, frames_per_second))
         _require_own_size(source, entries[-1])
-    return ComparisonInputs(entries, capture, cameras, frames_per_second)
+    doubts = (
+        f"{sources[index].path}: {doubt}"
+        for index, stream in streams.items()
+        if capture is not None
+        and (
+            doubt := describe_doubt(stream.summary.metadata.get("fingerprint"), capture.fingerprint)
+        )
+    )
+    return ComparisonInputs(entries, capture, cameras, frames_per_second, tuple(doubts))
 
 
 @contextmanager

@@ -12,6 +12,7 @@ from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
 from quarc_ref.inspection.stream_summary import KILOBYTE
 
 _MEGABIT = 1e6
+_MIN_DIFFERENCE = 0.005  # dB; smaller differences are printed as 0.00
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +35,8 @@ class PairedDifference:
     Attributes:
         psnr: Mean and deviation of the differences over all pairs, in dB. A pair consists of two
             views, one of each point, for the same camera and frame.
-        better_share: Share of the pairs in which the point has the higher PSNR.
+        better_share: Share of the pairs in which the point has the higher PSNR; a difference below
+            0.005 dB counts as half a pair.
         pair_count: Number of pairs.
     """
 
@@ -175,8 +177,13 @@ def compute_paired_difference(
         psnr_value - reference_value
         for psnr_value, reference_value in zip(psnr, reference_psnr, strict=True)
     ]
-    better_share = fmean(difference > 0 for difference in differences)
+    better_share = fmean(_score(difference) for difference in differences)
     return PairedDifference(compute_statistics(differences), better_share, len(differences))
+
+
+def _score(difference: float) -> float:
+    """Return 1 for a higher PSNR, 0 for a lower one, and 1/2 for one that is equal when printed."""
+    return 0.5 if abs(difference) < _MIN_DIFFERENCE else float(difference > 0)
 
 
 def _list_view_psnr(runs: Sequence[MeasuredEntry]) -> list[float]:

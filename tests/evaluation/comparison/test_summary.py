@@ -60,6 +60,16 @@ def test_pairs_are_of_the_same_camera_and_frame():
     assert format_point_rows(summary)[1][-2:] == ["-0.50 ± 0.00", "0% of 4"]
 
 
+@pytest.mark.parametrize(("psnr", "share"), [(30.004, 0.5), (29.996, 0.5), (30.006, 1), (29.9, 0)])
+def test_a_difference_that_is_printed_as_zero_counts_as_half_a_pair(psnr, share):
+    first, second = (
+        _make_entry(name, name, value, 10) for name, value in (("a", 30.0), ("b", psnr))
+    )
+    point = summarize(_make_comparison(first, second)).points[1]
+
+    assert point.paired_difference.better_share == share
+
+
 def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
     comparison = _make_comparison(_make_entry("a", "a", 98.0, 10), _make_entry("b", "b", 30.0, 10))
 
