@@ -84,8 +84,7 @@ class TrainedUpdates:
         Residuals that reduce the loss too little become 0, even beside large residuals of the same
         Gaussian. In a norm of all its residuals, they would cost almost nothing.
         """
-        residuals = self.leaf * self._is_selected[:, None]
-        rate = residuals.abs().log1p().sum(dim=1).mean()
+        rate = self.leaf[self._is_selected].abs().log1p().sum() / self.leaf.shape[0]
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
     def select(

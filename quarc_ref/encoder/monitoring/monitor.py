@@ -85,7 +85,7 @@ class TrainingStep:
 
     def psnr(self) -> float:
         """Return the PSNR in dB; infinite for the ground truth, and if all pixels are masked."""
-        squared_error = (self.image.detach().clamp(0, 1) - self.truth()).square()
+        squared_error = (self.image.detach().clamp(0, 1) - self.truth().clamp(0, 1)).square()
         mean_squared_error = float(
             (squared_error if self.mask is None else squared_error * self.mask).mean()
         )
