@@ -140,12 +140,13 @@ def _place_in_view(
     """Return errors, positions, colors and scales of new Gaussians at the selected pixels.
 
     A pixel is selected if its error is a local maximum above the threshold, and the alpha of
-    the rendering is large enough to measure a depth. Colors are not clamped: with exposure
-    compensation, those of a bright picture may exceed 1, and training fits them.
+    the rendering is large enough to measure a depth. Renderings are clamped to the white of the
+    view, because a camera records nothing brighter.
     """
     camera, truth = context.camera(view), context.truth(view, frame)
     backdrop = scene.backdrop(view)
-    image = context.apply_mask(backdrop.image, view, frame)
+    image = torch.minimum(backdrop.image.clamp(min=0), context.exposures.white(view))
+    image = context.apply_mask(image, view, frame)
     pixel_errors = (image - truth).abs().mean(dim=2)
     neighborhood_maxima = filter_maximum(pixel_errors, settings.error_radius)
     is_selected = (

@@ -44,6 +44,10 @@ class Exposures:
         corrected: Tensor = self._corrected_pictures[picture]
         return corrected
 
+    def white(self, view: int) -> Tensor:
+        """Return the `[3]` colors of white in corrected pictures of a view."""
+        return 1 / self.gains[view]
+
     def update_gain(self, view: int, image: Tensor, picture: Tensor, weight: float) -> None:
         """Update the exponential moving average of the gains of a view.
 

@@ -12,7 +12,7 @@ from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.rendering.pictures import render_picture
-from tests.encoder.toys import make_context, make_splats
+from tests.encoder.toys import HEIGHT, WIDTH, make_context, make_splats
 
 _CPU = torch.device("cpu")
 _BLOB_POSITION = np.array([0.2, -0.1, -1.2], dtype=np.float32)
@@ -63,6 +63,20 @@ def test_births_start_at_wrong_pixels_with_the_color_of_the_truth(context):
         for camera in cameras
     ]
     assert np.max(np.min(distances_by_camera, axis=0)) < 4
+
+
+@pytest.mark.parametrize("gain", [0.8, 1.0, 1.2])
+def test_overexposed_pixels_are_no_errors(context, monkeypatch, gain):
+    context.exposures.gains[:] = gain
+    white = torch.full((HEIGHT, WIDTH, 3), 1 / gain)
+    monkeypatch.setattr(type(context), "truth", lambda *_: white)
+    splats = make_splats(0)
+    bright = replace(splats, sh=splats.sh + 10)
+    scene = FixedScene(context, from_splats(bright, _CPU))
+
+    _, parents = place_at_errors(context, scene, frame=1, settings=_SETTINGS)
+
+    assert parents.numel() == 0
 
 
 def test_births_lie_on_the_visible_surface(context):
