@@ -204,7 +204,8 @@ class SceneTraining:
         gradient = trainer.step(loss, rendering.means2d)
         if objective.should_decay_opacity(step):
             trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
-        self._statistics.add(gradient, rendering, camera)
+        if step < settings.densification_end:
+            self._statistics.add(gradient, rendering, camera)
         return loss
 
     def _attributes_to_render(self) -> Attributes:
