@@ -92,13 +92,11 @@ class Calibration:
     @property
     def notes(self) -> CaptureNotes:
         """Notes to write with the capture: time offsets, up axis and scale."""
-        offsets = {
-            camera.name: self.offsets.frame_offsets[camera.name] for camera in self.world.cameras
-        }
-        has_offsets = any(round(offset) for offset in offsets.values())
-        rounded_offsets = {name: round(offset, 2) for name, offset in offsets.items()}
+        written_offsets = self.offsets.written_offsets
+        offsets = {camera.name: written_offsets[camera.name] for camera in self.world.cameras}
+        has_offsets = any(CaptureNotes(offsets).first_frames(offsets).values())
         return CaptureNotes(
-            rounded_offsets if has_offsets else {}, self.world.up, self.world.meters_per_unit
+            offsets if has_offsets else {}, self.world.up, self.world.meters_per_unit
         )
 
 
@@ -150,7 +148,7 @@ def _estimate_poses(
 ) -> tuple[Solution, int]:
     """Add moments until the poses are well supported; return poses and moment count."""
     names, pictures = recordings.names, recordings.pictures
-    first_frames = CaptureNotes(offsets.frame_offsets).first_frames(names)
+    first_frames = CaptureNotes(offsets.written_offsets).first_frames(names)
     synchronized_pictures = SynchronizedPictures(pictures, [first_frames[name] for name in names])
     chosen_moments = _choose_moments(synchronized_pictures.frame_count, options.moment_count)
     best_solution: Solution | None = None
@@ -211,7 +209,7 @@ def _build_scene(
     points is left out if its picture does not match the projected scene points.
     """
     world = define_world(solution.cameras, solution.points, options.up, options.distance)
-    first_frame = read_first_frame(world.cameras, recordings, offsets.frame_offsets)
+    first_frame = read_first_frame(world.cameras, recordings, offsets.written_offsets)
     points = first_frame.triangulate_points()
     weak_cameras = {name for name, fit in solution.fits.items() if fit.support < _TRUSTED_SUPPORT}
     mismatched = set[str]()

@@ -62,6 +62,11 @@ class Offsets:
     confidence: dict[str, float]
 
     @property
+    def written_offsets(self) -> dict[str, float]:
+        """Offsets by camera name as `quarc-capture.json` contains them, rounded to 1/100 frame."""
+        return {name: round(offset, 2) for name, offset in self.frame_offsets.items()}
+
+    @property
     def unreliable_cameras(self) -> list[str]:
         """Names of the cameras whose offsets are unreliable."""
         return [name for name, confidence in self.confidence.items() if confidence < MIN_CONFIDENCE]

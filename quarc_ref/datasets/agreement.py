@@ -16,6 +16,7 @@ from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
+_MAX_ROUNDING = 0.2  # Also relative; so that a coarse time base does not hide a missing frame.
 _MAX_DESCRIPTIONS = 5
 
 
@@ -116,7 +117,8 @@ def _require_constant_frame_rate(video: VideoReader) -> None:
         return
     mean_duration = (times[-1] - times[0]) / (len(times) - 1)
     deviations = np.abs(times - np.linspace(times[0], times[-1], len(times)))
-    if deviations.max() > _TIME_TOLERANCE * mean_duration + video.time_base_seconds:
+    rounding_error = min(video.time_base_seconds / 2, _MAX_ROUNDING * mean_duration)
+    if deviations.max() > _TIME_TOLERANCE * mean_duration + rounding_error:
         shortest, *_, longest = sorted(np.diff(times) * 1000)
         message = (
             f"{video.path} has a variable frame rate: its frames last from {shortest:.1f} to "

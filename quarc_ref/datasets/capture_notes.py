@@ -11,8 +11,9 @@ frame rate, and encoding writes the up direction and the scale into the stream.
 
 import json
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 from quarc_ref.datasets.errors import MissingCameraError, MissingFileError, UnreadableNotesError
@@ -80,7 +81,9 @@ class CaptureNotes:
     def first_frames(self, cameras: Iterable[str]) -> dict[str, int]:
         """Return, by camera name, the frame of the camera's recording that becomes frame 0.
 
-        Offsets are rounded to whole frames, and shifted so that the smallest offset is 0.
+        Only differences of offsets matter: all offsets are shifted by the same fraction of a frame,
+        so that the largest rounding error is as small as possible, then rounded, and shifted so
+        that the smallest is 0.
 
         Args:
             cameras: Names of all cameras of the capture, at least one.
@@ -96,9 +99,26 @@ class CaptureNotes:
                 f"{', '.join(unknown_names)}; the cameras are {', '.join(names)}"
             )
             raise MissingCameraError(message)
-        rounded_offsets = {name: round(self.offsets.get(name, 0)) for name in names}
-        smallest_offset = min(rounded_offsets.values())
-        return {name: offset - smallest_offset for name, offset in rounded_offsets.items()}
+        offsets = [self.offsets.get(name, 0.0) for name in names]
+        fraction = _find_common_fraction(offsets)
+        rounded_offsets = [math.floor(offset - fraction + 0.5) for offset in offsets]
+        smallest_offset = min(rounded_offsets)
+        return {
+            name: offset - smallest_offset
+            for name, offset in zip(names, rounded_offsets, strict=True)
+        }
+
+
+def _find_common_fraction(offsets: Sequence[float]) -> float:
+    """Return the fraction of a frame, from 0 to 1, that is closest to those of all offsets.
+
+    On a circle with a circumference of one frame, it is opposite to the middle of the largest gap
+    between the fractions of the offsets.
+    """
+    fractions = sorted(offset % 1.0 for offset in offsets)
+    gaps = [second - first for first, second in pairwise([*fractions, fractions[0] + 1])]
+    largest = gaps.index(max(gaps))
+    return (fractions[largest] + gaps[largest] / 2 + 0.5) % 1.0
 
 
 def read_capture_notes(folder: Path) -> CaptureNotes:

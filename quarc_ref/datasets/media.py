@@ -114,7 +114,8 @@ def _require_regular_file(path: Path) -> int:
     try:
         status = path.stat()
     except (OSError, ValueError) as error:
-        message = f"{path} is missing or cannot be opened: {error}"
+        reason = error.strerror if isinstance(error, OSError) else error
+        message = f"{path} is missing or cannot be opened: {reason}"
         raise MissingFileError(message) from error
     if not stat.S_ISREG(status.st_mode):
         message = f"{path} is not a regular file"

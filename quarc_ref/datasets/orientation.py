@@ -16,6 +16,10 @@ from quarc_ref.datasets.capture import Image
 def rotate_upright(frame: av.VideoFrame) -> Image:
     """Return a frame as `[H, W, 3]` sRGB, rotated according to its display matrix.
 
+    The levels are those of pictures that FFmpeg or OpenCV extract from the video: if its chroma is
+    subsampled, the conversion truncates, so they are about one level darker than those of the
+    pictures that were encoded.
+
     Raises:
         ValueError: The matrix is not a rotation by a multiple of 90 degrees, or the
             pixels cannot be converted to RGB.

@@ -25,6 +25,7 @@ from quarc_ref.datasets.media import decode_still, open_video
 from quarc_ref.datasets.orientation import rotate_upright
 
 _MAX_LEVEL_BITS = 8
+_FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
 _DEEP_LEVELS_PER_LEVEL = 65535 // 255  # levels of 16 bits per level of 8 bits
 
 
@@ -128,7 +129,9 @@ class VideoReader:
 def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
     """Read a PNG or JPEG file as `[H, W, 3]` sRGB; transparency is ignored.
 
-    The levels of 16-bit PNG files are rounded to 8 bits.
+    The levels of 16-bit PNG files are rounded to 8 bits. The chroma of JPEG files is upsampled
+    before the conversion to RGB, because FFmpeg converts subsampled chroma with truncated levels,
+    up to 2 darker than those of libjpeg.
 
     Args:
         path: Path of the file.
@@ -144,6 +147,8 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
         if frame.format.components[0].bits > _MAX_LEVEL_BITS:
             levels = frame.to_ndarray(format="rgb48le") / _DEEP_LEVELS_PER_LEVEL
             return np.asarray(np.rint(levels), dtype=np.uint8)
+        if frame.format.name in _FULL_CHROMA:
+            frame = frame.reformat(format=_FULL_CHROMA[frame.format.name])
         return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
     except (av.FFmpegError, ValueError) as error:
         message = f"{path} cannot be converted to RGB ({error}): export it again"

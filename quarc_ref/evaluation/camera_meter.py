@@ -101,6 +101,8 @@ class CameraMeter:
         if previous_view_and_mask is None or static_mask is None:
             return {"flicker": None, "truth_flicker": None}
         previous_view, previous_static_mask = previous_view_and_mask
+        if view.frame != previous_view.frame + 1:
+            return {"flicker": None, "truth_flicker": None}
         static_mask = static_mask & previous_static_mask
         return {
             "flicker": _measure_change(static_mask, view.decoded, previous_view.decoded),

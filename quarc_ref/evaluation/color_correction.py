@@ -1,7 +1,8 @@
 """Corrects the colors of a rendering before it is compared with the ground truth.
 
 The encoder cannot know the exposure and white balance of held-out cameras, so metrics are
-also measured after color correction, as in nerfstudio, gsplat and Zip-NeRF (cc_psnr).
+also measured after color correction. gsplat and Zip-NeRF do the same for cc_psnr, but with other
+transforms, so figures are not comparable with theirs.
 """
 
 from collections.abc import Callable

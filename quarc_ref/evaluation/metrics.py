@@ -25,8 +25,8 @@ SSIM_VARIANT = (
 )
 MASK_VARIANT = (
     "mask: for captures with masks, only unmasked pixels are measured; masked pixels are "
-    "black in both pictures, and only LPIPS includes them; a picture whose pixels are all masked "
-    "is measured without its mask"
+    "black in both pictures, and only LPIPS and the SSIM windows of pixels near them include them; "
+    "a picture whose pixels are all masked is measured without its mask"
 )
 
 

@@ -1,5 +1,8 @@
 import re
+from pathlib import Path
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from quarc_ref.datasets.agreement import compare_lengths, require_common_frame_rate
@@ -49,6 +52,20 @@ def test_a_dropped_frame_makes_the_rate_variable(tmp_path, dropped_frame):
         str(error_info.value),
     )
     assert "cam00" not in str(error_info.value)
+
+
+@pytest.mark.parametrize("timescale", [30, 60, 90])
+def test_a_coarse_time_base_does_not_hide_a_dropped_frame(timescale):
+    ticks = np.array([index * (timescale // 30) for index in range(1200) if index != 300])
+    video = SimpleNamespace(
+        path=Path("cam01.mp4"),
+        frame_times=ticks / timescale,
+        time_base_seconds=1 / timescale,
+        frames_per_second=30.0,
+    )
+
+    with pytest.raises(FrameRateError, match="variable frame rate"):
+        require_common_frame_rate([video])
 
 
 def test_a_rate_that_changes_by_a_fifth_halfway_is_variable(tmp_path):

@@ -1,7 +1,10 @@
 import json
 import math
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from quarc_ref.datasets.capture_notes import (
     NOTES_NAME,
@@ -42,6 +45,33 @@ def test_first_frames_are_rounded_offsets_with_a_minimum_of_0():
 
     assert notes.first_frames(["a", "b", "c"]) == {"a": 0, "b": 6, "c": 2}
     assert CaptureNotes({"a": 5, "b": 7}).first_frames(["a", "b"]) == {"a": 0, "b": 2}
+
+
+@pytest.mark.parametrize(
+    ("offsets", "first_frames"),
+    [
+        ((0.5, 1.5), (0, 1)),
+        ((1.5, 2.5), (0, 1)),
+        ((0.4, 0.6), (0, 0)),
+        ((0.9, 1.1, 3.0), (0, 0, 2)),
+    ],
+)
+def test_only_differences_of_offsets_matter(offsets, first_frames):
+    notes = CaptureNotes(dict(zip("abc", offsets, strict=False)))
+
+    assert tuple(notes.first_frames("abc"[: len(offsets)]).values()) == first_frames
+
+
+@given(st.lists(st.floats(-1000, 1000), min_size=2, max_size=6))
+def test_no_common_shift_of_offsets_is_rounded_with_a_smaller_error(offsets):
+    names = [str(index) for index in range(len(offsets))]
+    frames = [*CaptureNotes(dict(zip(names, offsets, strict=True))).first_frames(names).values()]
+
+    def spread(first_frames):
+        return np.ptp(np.array(offsets) - first_frames)
+
+    for shift in np.arange(0, 1, 0.05):
+        assert spread(frames) <= spread(np.floor(np.array(offsets) - shift)) + 1e-6
 
 
 def test_an_offset_of_an_unknown_camera_is_rejected_by_name():

@@ -243,6 +243,18 @@ def test_a_picture_file_is_read(tmp_path, name, tolerance):
     assert np.abs(read_still(tmp_path / name).astype(int) - picture).max() <= tolerance
 
 
+@pytest.mark.parametrize("sampling", ["420", "422", "440", "444"])
+def test_a_jpeg_file_is_as_bright_as_libjpeg_decodes_it(tmp_path, sampling):
+    gray = np.tile(np.linspace(40, 200, 64), (64, 1))
+    picture = np.stack([gray - 30, gray, gray + 50], axis=-1)
+    factor = getattr(cv2, f"IMWRITE_JPEG_SAMPLING_FACTOR_{sampling}")
+    cv2.imwrite(str(tmp_path / "a.jpg"), picture, [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, factor])
+    expected = cv2.imread(str(tmp_path / "a.jpg"))[..., ::-1]
+
+    bias = (read_still(tmp_path / "a.jpg") - expected.astype(float)).mean(axis=(0, 1))
+    assert np.abs(bias).max() < 0.25
+
+
 def test_gray_and_transparent_pictures_are_read_as_rgb(tmp_path, decoded_frames):
     gray = decoded_frames[0][..., 0]
     cv2.imwrite(str(tmp_path / "gray.png"), gray)

@@ -18,7 +18,7 @@ def _find(pattern: str, text: str) -> float:
 @pytest.mark.parametrize(
     ("headline", "measured"),
     [
-        (r"^\| \*\*(\S+) dB\*\* \| PSNR of frame 0", r"^\| frame 0, held-out .*\| (\S+) \| \S+ KB \|$"),
+        (r"^\| \*\*(\S+) dB\*\* \| PSNR", r"^\| frame 0, held-out .*\| (\S+) \| \S+ KB \|$"),
         (r"the first frame takes (\S+) KB", r"^\| frame 0, held-out .*\| (\S+) KB \|$"),
         (r"^\| \*\*(\S+) KB\*\* \| mean size", r"^\| format 1.1, training views .*\| (\S+) \|$"),
     ],

@@ -90,6 +90,13 @@ def test_flicker_is_the_change_of_the_static_region_between_frames():
     assert metrics["truth_flicker"] == 0
 
 
+def test_frames_after_a_gap_do_not_flicker():
+    video = _make_video()
+
+    assert _measure_last({2: video[2], 4: video[4]})["flicker"] is None
+    assert _measure_last({3: video[3], 4: video[4]})["flicker"] is not None
+
+
 def test_the_first_frame_does_not_flicker():
     assert _measure_last({4: _make_video()[4]})["flicker"] is None
 

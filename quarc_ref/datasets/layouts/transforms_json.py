@@ -21,7 +21,7 @@ from quarc_ref.datasets.errors import (
     UnreadablePoseError,
 )
 from quarc_ref.datasets.footage import Footage
-from quarc_ref.datasets.frame_numbers import find_gap, list_last_numbers
+from quarc_ref.datasets.frame_numbers import compare_first_numbers, find_gap, list_last_numbers
 from quarc_ref.datasets.layouts.transforms_entries import Entry, Transforms, read_transforms
 from quarc_ref.datasets.masks import FileMasks
 from quarc_ref.datasets.named_files import NamedFileResolver
@@ -63,7 +63,9 @@ def read_nerfstudio(folder: Path) -> Footage:
         rig = _build_rig(_set_times_by_name(entries), path)
         _require_no_gaps(rig, path)
         _require_equal_times(rig, may_end_early=False)
-        return _make_footage(path, transforms, rig)
+        footage = _make_footage(path, transforms, rig)
+        names = [camera.name for camera in rig.cameras]
+        return replace(footage, findings=compare_first_numbers(names, footage.source))
     if all(entry.time is not None for entry in entries):
         rig = _build_rig(entries, path)
         _require_equal_times(rig, may_end_early=True)

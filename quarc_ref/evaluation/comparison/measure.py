@@ -159,7 +159,7 @@ class _EntryMeter:
             if (name, frame) in self._shown_camera_frames:
                 pictures = [view.decoded for view in views]
                 psnr = [view.psnr for view in views]
-                self.shown_views.append(ComparedView(name, frame, truth, pictures, psnr))
+                self.shown_views.append(ComparedView(name, frame, views[0].truth, pictures, psnr))
 
     def list_results(self) -> list[MeasuredEntry]:
         """Return the metrics of all frames measured so far."""

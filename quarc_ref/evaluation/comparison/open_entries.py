@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import zip_longest
 from pathlib import Path
 
 from quarc_ref.datasets.capture import Capture
@@ -263,21 +264,19 @@ def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> lis
 
 def _require_equal_cameras(first_stream: OpenStream, other_stream: OpenStream) -> None:
     """Raise EntryError if the cameras of two streams have different names or picture sizes."""
-    for camera, other_camera in zip(
-        first_stream.summary.cameras, other_stream.summary.cameras, strict=False
-    ):
-        if (camera.name, camera.width, camera.height) != (
-            other_camera.name,
-            other_camera.width,
-            other_camera.height,
-        ):
+    pairs = zip_longest(first_stream.summary.cameras, other_stream.summary.cameras)
+    for camera, other_camera in pairs:
+        description, other_description = _describe_camera(camera), _describe_camera(other_camera)
+        if description != other_description:
             message = (
                 f"{first_stream.entry.label} and {other_stream.entry.label} have different "
-                "cameras: "
-                f"{camera.name} ({camera.width} x {camera.height}) and "
-                f"{other_camera.name} ({other_camera.width} x {other_camera.height})"
+                f"cameras: {description} and {other_description}"
             )
             raise EntryError(message)
+
+
+def _describe_camera(camera: Camera | None) -> str:
+    return f"{camera.name} ({camera.width} x {camera.height})" if camera else "none"
 
 
 def _choose_cameras(

@@ -60,6 +60,7 @@ class OperatingPoint:
             unknown.
         paired_difference: Differences from the first operating point; None for the first point
             itself.
+        frame_counts: Numbers of frames of the entries, including frames that are not measured.
     """
 
     label: Label
@@ -70,6 +71,7 @@ class OperatingPoint:
     kilobytes_per_frame: Statistics | None
     megabits_per_second: float | None
     paired_difference: PairedDifference | None
+    frame_counts: frozenset[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,6 +157,7 @@ def _make_point(
         rate,
         None if rate is None else rate.mean * KILOBYTE * 8 * frames_per_second / _MEGABIT,
         None if reference_runs is None else compute_paired_difference(runs, reference_runs),
+        frozenset(len(run.info.frames) for run in runs),
     )
 
 
@@ -224,6 +227,20 @@ def _build_curve(points: Sequence[OperatingPoint], method: str, metric: str) -> 
 def _compare_methods(
     points: Sequence[OperatingPoint], reference_method: str, method: str, metric: str
 ) -> BjontegaardDeltas:
+    counts = sorted(
+        {
+            count
+            for point in points
+            if point.label.method in (reference_method, method)
+            for count in point.frame_counts
+        }
+    )
+    if len(counts) > 1:
+        remark = (
+            f"the entries have {' and '.join(map(str, counts))} frames, so their bytes per frame "
+            "include different shares of the first frame"
+        )
+        return BjontegaardDeltas(None, None, remark)
     return compare_curves(
         _build_curve(points, reference_method, metric), _build_curve(points, method, metric)
     )

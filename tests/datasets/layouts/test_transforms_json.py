@@ -106,6 +106,20 @@ def test_cameras_are_named_after_the_common_parts_of_their_paths(
     assert [camera.name for camera in read_nerfstudio(tmp_path).cameras] == names
 
 
+def test_pictures_that_begin_with_another_number_are_a_finding(tmp_path, shots, pictures):
+    entries = []
+    for index, (shot, row) in enumerate(zip(shots, pictures, strict=True)):
+        for frame, picture in enumerate(row):
+            name = f"{shot.name}/{frame + (index == 1):04d}.png"
+            scenes.write_picture(tmp_path / name, picture)
+            entries.append(scenes.make_entry(shot, name))
+    scenes.write_transforms(tmp_path, {"frames": entries})
+    (finding,) = read_nerfstudio(tmp_path).findings
+
+    assert finding.kind == "frame-numbers"
+    assert finding.cameras == (shots[1].name,)
+
+
 def test_no_camera_has_an_empty_name(tmp_path, shots, pictures):
     patterns = ["{frame:04d}.png", "side/{frame:04d}.png"]
     entries = []

@@ -1,5 +1,6 @@
 import csv
 import io
+from dataclasses import replace
 from statistics import stdev
 
 import pytest
@@ -86,6 +87,19 @@ def test_points_of_unknown_size_are_missing_from_a_curve_with_a_remark():
     assert summary.points[1].kilobytes_per_frame is None
     assert "the reference has 0 points of known size" in format_delta_rows(summary)[0][-1]
     assert format_point_rows(summary)[1][list_point_headings(summary).index("bytes")] == "-"
+
+
+def test_methods_with_other_numbers_of_frames_are_not_compared_by_bjontegaard():
+    entries = [
+        _make_entry(method, str(rate), 30 + step, rate)
+        for method in ("ours", "theirs")
+        for step, rate in enumerate((1000, 2000, 4000, 8000))
+    ]
+    entries[-1] = replace(entries[-1], info=EntryInfo("stream", (3, 4, 5), 8000))
+    (delta,) = summarize(_make_comparison(*entries)).deltas
+
+    assert delta.psnr.rate is delta.psnr.quality is None
+    assert delta.psnr.remark.startswith("the entries have 2 and 3 frames")
 
 
 def test_methods_with_four_rates_are_compared_by_bjontegaard():
