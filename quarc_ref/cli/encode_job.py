@@ -1,7 +1,7 @@
 """Runs an encode: opens the capture, and writes the stream to a pipe or a file."""
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,7 +9,11 @@ from quarc_ref.cli.encode_arguments import reject_conflicts
 from quarc_ref.cli.encode_findings import FindingCollector
 from quarc_ref.cli.encoder_options import open_requested_capture, require_device
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.stream_targets import open_segments_folder, open_stream_file
+from quarc_ref.cli.stream_targets import (
+    checked_stream_path,
+    open_segments_folder,
+    open_stream_file,
+)
 from quarc_ref.cli.targets import open_output_file, open_output_stream
 
 if TYPE_CHECKING:
@@ -110,15 +114,15 @@ def encode_to_file(job: EncodeJob, target: Path, write_mode: WriteMode) -> None:
     Raises:
         UsageError: The file exists and `write_mode` does not allow replacing or resuming it.
     """
-    with open_stream_file(
-        target, force=write_mode.force, live=write_mode.live, resume=write_mode.resume
-    ) as (
-        path,
-        file,
-    ):
-        from quarc_ref.encoder.stream_file import encode_into
+    from quarc_ref.encoder.stream_file import encode_into
 
+    modes = {"force": write_mode.force, "live": write_mode.live, "resume": write_mode.resume}
+    with checked_stream_path(target, **modes):
         capture, options = job.open()
+        if not write_mode.resume:  # a resumed encode checks only if it has no frames
+            options.check(capture)
+            options = replace(options, checks=False)
+    with open_stream_file(target, **modes) as (path, file):
         encode_into(capture, file, path, options)
 
 

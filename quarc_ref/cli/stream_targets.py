@@ -1,5 +1,6 @@
 """Output files of `encode`, which are kept after an interruption, so that `--resume` works."""
 
+import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -12,6 +13,34 @@ from quarc_ref.files import MARKER_NAME, OutputFolder, growing_folder, sync_file
 
 _PART_SUFFIX = ".part"
 _SEGMENTS_SUFFIX = ".segments"
+
+
+@contextmanager
+def checked_stream_path(target: Path, *, force: bool, live: bool, resume: bool) -> Iterator[None]:
+    """Check that `open_stream_file` can open a file, before a block that opens the capture.
+
+    No file is changed, so that a wrong option does not cost the results of earlier encodes.
+
+    Args:
+        target: See `open_stream_file`.
+        force: See `open_stream_file`.
+        live: See `open_stream_file`.
+        resume: See `open_stream_file`.
+
+    Raises:
+        UsageError: See `open_stream_file`.
+        ResumeError: See `open_stream_file`.
+    """
+    from quarc_ref.encoder.stream_file import open_exclusively
+
+    path = _choose_path(target, force=force, live=live, resume=resume)
+    if os.path.lexists(path):
+        with open_exclusively(path):
+            pass
+    if not (force or resume):
+        _reject_partial_stream(path)
+    with _report_kept_files(path):
+        yield
 
 
 @contextmanager
@@ -39,10 +68,7 @@ def open_stream_file(
     """
     from quarc_ref.encoder.stream_file import open_exclusively, remove_if_empty
 
-    path = (
-        _choose_resumed_path(target, live=live) if resume else _choose_new_path(target, live=live)
-    )
-    require_writable_file(target, force=force or (resume and path == target))
+    path = _choose_path(target, force=force, live=live, resume=resume)
     if force and not resume:
         _remove_partial_stream(path)
     with open_exclusively(path) as file:
@@ -62,6 +88,8 @@ def open_stream_file(
 @contextmanager
 def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator[OutputFolder]:
     """Create the folder `<target>.segments`, which is removed on success and kept otherwise.
+
+    Existing segments that are replaced stay until the first new segment is registered.
 
     Args:
         target: Path of the joined stream.
@@ -132,8 +160,18 @@ def reject_stream_path(path: Path, target: Path) -> None:
         raise UsageError(message)
 
 
-def _choose_new_path(target: Path, *, live: bool) -> Path:
-    return target if live else _get_part_path(target)
+def _choose_path(target: Path, *, force: bool, live: bool, resume: bool) -> Path:
+    """Return the file that an encode writes; see `open_stream_file`.
+
+    Raises:
+        UsageError: The target must not be replaced, or `resume` continues another file.
+    """
+    if resume:
+        path = _choose_resumed_path(target, live=live)
+    else:
+        path = target if live else _get_part_path(target)
+    require_writable_file(target, force=force or (resume and path == target))
+    return path
 
 
 def _choose_resumed_path(target: Path, *, live: bool) -> Path:

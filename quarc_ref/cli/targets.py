@@ -239,7 +239,7 @@ def _report_kept_files(folder: OutputFolder) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt as error:
-        if not folder.contains_files():
+        if folder.has_old_files or not folder.contains_files():
             raise
         message = f"interrupted; {folder.path} contains the finished frames"
         raise KeyboardInterrupt(message) from error

@@ -13,7 +13,6 @@ from quarc_ref.files.marker import MARKER_NAME
 from quarc_ref.files.output_folder import (
     OutputFolder,
     mark_folder,
-    open_and_empty_folder,
     open_existing_folder,
     open_marker,
 )
@@ -62,7 +61,8 @@ def growing_folder(
     Args:
         target: Path of the folder; an empty folder may exist.
         replace: Whether to reuse a folder that quarc-ref created.
-        keep: Whether to keep the existing files of a reused folder.
+        keep: Whether to keep the existing files of a reused folder; otherwise, the first new file
+            removes them.
 
     Yields:
         The folder to fill.
@@ -88,7 +88,7 @@ def _open_in_place(target: Path, *, keep: bool) -> OutputFolder:
     try:
         if not (target / MARKER_NAME).exists():
             return mark_folder(target)
-        return open_existing_folder(target) if keep else open_and_empty_folder(target)
+        return open_existing_folder(target, keep=keep)
     except BaseException:
         with suppress(OSError):  # the folder is not empty
             target.rmdir()

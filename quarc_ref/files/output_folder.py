@@ -21,15 +21,25 @@ class OutputFolder:
         path: Path of the folder.
         marker: Marker of the folder, open for reading and writing.
         listed_names: Names that the marker already lists.
+        replaces: Whether the first new file removes the existing files that the marker lists.
 
     Attributes:
         path: Path of the folder.
+        has_old_files: Whether the folder still contains the files that the first new file removes.
         moved_to: Path to which the replaced folder was moved, if files that quarc-ref did not
             create are left in it; otherwise None.
     """
 
-    def __init__(self, path: Path, marker: BinaryIO, listed_names: Iterable[str] = ()) -> None:
+    def __init__(
+        self,
+        path: Path,
+        marker: BinaryIO,
+        listed_names: Iterable[str] = (),
+        *,
+        replaces: bool = False,
+    ) -> None:
         self.path = path
+        self.has_old_files = replaces
         self.moved_to: Path | None = None
         self._marker = marker
         self._listed_names = set(listed_names)
@@ -103,9 +113,17 @@ class OutputFolder:
         self.close()
 
     def _append_to_marker(self, line: str) -> None:
+        if self.has_old_files:
+            self._remove_old_files()
         if line not in self._listed_names:
             append_line(self._marker, line)
             self._listed_names.add(line)
+
+    def _remove_old_files(self) -> None:
+        self.remove_files()
+        begin_marker(self._marker)
+        self._listed_names.clear()
+        self.has_old_files = False
 
 
 def mark_folder(path: Path) -> OutputFolder:
@@ -145,8 +163,13 @@ def open_marker(path: Path) -> BinaryIO:
     return marker
 
 
-def open_existing_folder(path: Path) -> OutputFolder:
-    """Open an existing output folder, and keep its files.
+def open_existing_folder(path: Path, *, keep: bool) -> OutputFolder:
+    """Open an existing output folder.
+
+    Args:
+        path: Path of the folder.
+        keep: Whether to keep the files that the marker lists; otherwise, they are removed before
+            the first new file is created, and stay if there is none.
 
     Raises:
         OutputPathError: The folder has no valid marker, or another process is writing the folder.
@@ -154,21 +177,6 @@ def open_existing_folder(path: Path) -> OutputFolder:
     """
     with ExitStack() as stack:
         marker = stack.enter_context(open_marker(path))
-        folder = OutputFolder(path, marker, continue_marker(marker, path))
+        folder = OutputFolder(path, marker, continue_marker(marker, path), replaces=not keep)
         stack.pop_all()
     return folder
-
-
-def open_and_empty_folder(path: Path) -> OutputFolder:
-    """Open an existing output folder, and remove all files that its marker lists.
-
-    Raises:
-        OutputPathError: The folder has no valid marker, or another process is writing the folder.
-        OSError: A file cannot be removed, or the marker cannot be written.
-    """
-    with ExitStack() as stack:
-        marker = stack.enter_context(open_marker(path))
-        remove_listed_files(path)
-        begin_marker(marker)
-        stack.pop_all()
-    return OutputFolder(path, marker)

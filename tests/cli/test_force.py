@@ -4,7 +4,7 @@ import shutil
 
 import pytest
 
-from tests.cli.commands import TINY_OPTIONS, list_names, run
+from tests.cli.commands import TINY_OPTIONS, list_names, make_folder, run
 
 _MARKER = ".quarc-ref-made"
 _TINY_SYNTH = ["--width", 16, "--height", 16, "--frames", 1]
@@ -96,6 +96,51 @@ def test_segments_of_the_user_are_not_deleted(option, capture, tmp_path):
     assert _read_all(user_folder) == contents_before
     assert result.exit_code == 2
     assert "contains frames_0.quarc" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("option", "names"),
+    [
+        ("--live", ["a.quarc", "a.quarc.training"]),
+        ("--quiet", ["a.quarc", "a.quarc.part", "a.quarc.part.training"]),
+        ("--segments=2", ["a.quarc", "a.quarc.segments/frames_000000_000001.quarc"]),
+    ],
+)
+@pytest.mark.parametrize(
+    ("bad_options", "code", "message"),
+    [
+        (["--held-out=nosuch"], 2, "nosuch"),
+        (["--frames=9"], 2, "9 frames"),
+        ([f"--held-out=cam0{index}" for index in (0, 1, 3)], 3, "1 training camera"),
+    ],
+)
+def test_force_removes_nothing_before_the_capture_is_checked(
+    bad_options, code, message, option, names, capture, tmp_path
+):
+    for name in names:
+        folder, _, file_name = name.rpartition("/")
+        if folder:
+            make_folder(tmp_path / folder, file_name)
+        else:
+            (tmp_path / name).write_text("mine")
+    contents_before = _read_all(tmp_path)
+    result = run("encode", capture, "-o", tmp_path / "a.quarc", "--force", option, *bad_options)
+
+    assert _read_all(tmp_path) == contents_before
+    assert result.exit_code == code
+    assert message in result.stderr
+
+
+def test_force_removes_nothing_if_no_frame_is_decoded(stream_file, tmp_path):
+    folder = make_folder(tmp_path / "out", "frame_0007.ply")
+    contents_before = _read_all(folder)
+    runs = [
+        run("decode", name, "-o", folder, "--follow", "--force", *options)
+        for name, options in (("http://127.0.0.1:9/x", []), (stream_file, ["--frames", "900"]))
+    ]
+
+    assert _read_all(folder) == contents_before
+    assert [result.exit_code for result in runs] == [3, 2]
 
 
 def test_a_folder_of_the_command_has_a_marker_and_is_replaced(stream_file, tmp_path):

@@ -1,4 +1,5 @@
 import os
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -81,11 +82,23 @@ def test_a_growing_folder_that_fails_keeps_its_files_and_can_be_replaced(tmp_pat
     assert _read_marker_lines(tmp_path / "out") == ["b.ply"]
 
 
-def test_an_empty_growing_folder_is_removed(old_folder):
-    _make_folder(old_folder, make=growing_folder, replace=True)
-    _make_folder(old_folder.parent / "new", make=growing_folder)
+def test_an_empty_growing_folder_is_removed(tmp_path):
+    _make_folder(tmp_path / "new", make=growing_folder)
 
-    assert _list(old_folder.parent) == []
+    assert _list(tmp_path) == []
+
+
+@pytest.mark.parametrize("error", [None, OSError("no stream")])
+def test_the_files_of_a_growing_folder_stay_until_the_first_new_file(error, old_folder):
+    with suppress(OSError):
+        _make_folder(old_folder, make=growing_folder, replace=True, error=error)
+    unchanged_contents = _list(old_folder), _read_marker_lines(old_folder)
+    with growing_folder(old_folder, replace=True) as made, made.open("c.ply"):
+        contents_while_writing = _read_marker_lines(old_folder)
+
+    assert unchanged_contents == ([MARKER_NAME, "a.ply", "b.ply"], ["a.ply", "b.ply"])
+    assert contents_while_writing == ["c.ply"]
+    assert _list(old_folder) == [MARKER_NAME, "c.ply"]
 
 
 def test_a_growing_folder_can_keep_its_files(old_folder):
