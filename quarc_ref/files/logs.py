@@ -3,39 +3,84 @@
 import io
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TextIO
+from typing import BinaryIO, TextIO
 
-from quarc_ref.files.locks import open_regular_file
+from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.locks import CAN_LOCK, is_still_at, lock_file, open_regular_file
 
 
 @contextmanager
 def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
-    """Open a file for appending lines; if it is empty at the end, even of an error, it is removed.
+    """Open a file for appending lines, and lock it; it does not change before the first line.
 
-    A last line without an end, which a killed process may have left, is ended first.
+    A last line without an end, which a killed process may have left, is ended first. A file that
+    did not exist and is empty at the end, even of an error, is removed.
 
     Args:
         path: Path of the file; a missing file is created.
         keep: Whether to keep the existing lines of the file.
 
     Raises:
-        OutputPathError: The path is a symbolic link, or not a regular file.
+        OutputPathError: The path is a symbolic link, or not a regular file, or another process is
+            writing the file.
         OSError: The file cannot be opened.
     """
-    with open_regular_file(path, os.O_RDWR | os.O_CREAT) as file:
-        if not keep:
-            file.truncate(0)
-        size = file.seek(0, io.SEEK_END)
-        if size:
-            file.seek(size - 1)
-            if file.read(1) != b"\n":
-                file.write(b"\n")
+    with _open_locked(path) as (file, is_new):
+        sink = _LogSink(file, keep=keep)
         try:
-            with io.TextIOWrapper(file, encoding="utf-8", write_through=False) as sink:
+            try:
                 yield sink
+            finally:
+                sink.flush()
         finally:
-            with suppress(FileNotFoundError):
-                if path.stat().st_size == 0:
-                    path.unlink()
+            if is_new and os.fstat(file.fileno()).st_size == 0:
+                if not CAN_LOCK:
+                    file.close()
+                path.unlink(missing_ok=True)
+
+
+class _LogSink(io.TextIOWrapper):
+    """A text file that is prepared for new lines when the first line is written.
+
+    Args:
+        file: The file, open for reading and appending.
+        keep: Whether to keep the existing lines of the file.
+    """
+
+    def __init__(self, file: BinaryIO, *, keep: bool) -> None:
+        super().__init__(file, encoding="utf-8", write_through=False)
+        self._file, self._keep = file, keep
+        self._is_prepared = False
+
+    def write(self, text: str) -> int:
+        """Write text, after the existing lines are removed or their last line is ended."""
+        if not self._is_prepared:
+            self._is_prepared = True
+            _prepare(self._file, keep=self._keep)
+        return super().write(text)
+
+
+def _prepare(file: BinaryIO, *, keep: bool) -> None:
+    if not keep:
+        file.truncate(0)
+    size = file.seek(0, io.SEEK_END)
+    if size:
+        file.seek(size - 1)
+        if file.read(1) != b"\n":
+            file.write(b"\n")
+
+
+@contextmanager
+def _open_locked(path: Path) -> Iterator[tuple[BinaryIO, bool]]:
+    """Open and lock a file; also yield whether it is new."""
+    while True:
+        is_new = not os.path.lexists(path)
+        with open_regular_file(path, os.O_RDWR | os.O_CREAT | os.O_APPEND) as file:
+            if lock_file(file) is False:
+                message = f"{path} is being written by another process"
+                raise OutputPathError(message)
+            if is_still_at(file, path):
+                yield file, is_new
+                return

@@ -107,6 +107,15 @@ def test_an_existing_log_is_replaced_by_force_and_continued_by_resume(capture, t
     assert "mine" not in log.read_text("utf-8")
 
 
+@pytest.mark.parametrize("option", ["--force", "--resume"])
+def test_a_log_survives_a_usage_error(option, capture, tmp_path):
+    log, file = tmp_path / "log.jsonl", tmp_path / "a.quarc"
+    log.write_text("mine")
+    result = run("encode", capture, "-o", file, "--held-out=x", "--log-json", log, option)
+
+    assert (result.exit_code, log.read_text()) == (2, "mine")
+
+
 def test_tensorboard_shows_losses_and_sizes(capture, encoded_stream, tmp_path):
     pytest.importorskip("tensorboard")
     from tensorboard.backend.event_processing.event_accumulator import EventAccumulator

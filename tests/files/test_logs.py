@@ -4,7 +4,7 @@ from contextlib import suppress
 
 import pytest
 
-from quarc_ref.files import open_log
+from quarc_ref.files import OutputPathError, open_log
 
 
 @pytest.mark.parametrize(
@@ -32,3 +32,49 @@ def test_an_empty_log_is_removed(error, tmp_path):
             raise error
 
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_log_does_not_change_before_its_first_line(keep, tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.write_bytes(b"old\ntruncat")
+    with open_log(path, keep=keep):
+        pass
+
+    assert path.read_bytes() == b"old\ntruncat"
+
+
+def test_an_existing_empty_log_stays(tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.touch()
+    with open_log(path, keep=False):
+        pass
+
+    assert path.exists()
+
+
+@pytest.mark.parametrize("keep", [False, True])
+def test_a_log_of_another_process_is_rejected(keep, tmp_path):
+    pytest.importorskip("fcntl")
+    path = tmp_path / "log.jsonl"
+    with open_log(path, keep=False) as log:
+        with (
+            pytest.raises(OutputPathError, match="being written by another process"),
+            open_log(path, keep=keep),
+        ):
+            pytest.fail("the log was opened twice")
+        log.write("new\n")
+
+    assert path.read_bytes() == b"new\n"
+
+
+def test_a_line_of_another_program_is_not_overwritten(tmp_path):
+    path = tmp_path / "log.jsonl"
+    with open_log(path, keep=False) as log:
+        log.write("first\n")
+        log.flush()
+        with path.open("a") as other_file:
+            other_file.write("other\n")
+        log.write("second\n")
+
+    assert path.read_text() == "first\nother\nsecond\n"
