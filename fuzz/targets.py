@@ -30,14 +30,13 @@ from quarc_ref.files.marker import read_marker
 from quarc_ref.format import wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import BitstreamError, EditError, LimitError, SourceError
-from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams import Source, decode, recover
 from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.cut import cut
 from quarc_ref.streams.source import BytesSource
 from quarc_ref.streams.sources import PipeSource
 from quarc_ref.viewing.paths.keyframes import parse_keyframes
-from quarc_ref.viewing.paths.pose import PathError
+from quarc_ref.viewing.paths.pose import PathError, WorldAxes
 
 SEEDS = Path(__file__).parents[1] / "tests" / "hostile" / "seeds"
 _DOCUMENTED_ERRORS = (BitstreamError, LimitError, SourceError, EditError)
@@ -132,7 +131,7 @@ def fuzz_sidecar(data: bytes) -> None:
 def fuzz_keyframes(data: bytes) -> None:
     """Read a camera path, and compute its poses."""
     with suppress(PathError):
-        path = parse_keyframes(data, [_KEYFRAME_CAMERA], _KEYFRAME_CAMERA, StreamHeader())
+        path = parse_keyframes(data, [_KEYFRAME_CAMERA], _KEYFRAME_CAMERA, WorldAxes())
         if path.count_pictures(2.0) < _MAX_PICTURES:
             path.interpolate(2.0)
             path.list_frames(2.0, 0, 9)

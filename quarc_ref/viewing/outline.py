@@ -28,12 +28,14 @@ class Outline:
     Attributes:
         header: Header from the HEAD chunk.
         cameras: Cameras from the last `came` chunk.
+        metadata: Metadata from the last `meta` chunk.
         first_frame: Ordinal of the first frame.
         chunk_headers: Chunk headers of the frames in order, up to the first damaged chunk.
     """
 
     header: StreamHeader
     cameras: tuple[Camera, ...]
+    metadata: dict[str, str]
     first_frame: int
     chunk_headers: tuple[ChunkHeader, ...]
 
@@ -57,17 +59,24 @@ def outline_stream(source: Source) -> Outline:
     """
     frame_walk = FrameWalk(source)
     cameras: tuple[Camera, ...] = ()
+    metadata: dict[str, str] = {}
     chunk_headers: list[ChunkHeader] = []
     first_frame = 0
     with suppress(BitstreamError):  # decoding reports the error
         for step in frame_walk:
             if step.header.kind == container.CAME:
                 cameras = wire.parse_cameras(frame_walk.take(step).payload)
+            elif step.header.kind == container.META:
+                metadata = wire.parse_metadata(frame_walk.take(step).payload)
             if step.is_frame and step.frame is not None and _is_complete(step.header, source):
                 first_frame = first_frame if chunk_headers else step.frame
                 chunk_headers.append(step.header)
     return Outline(
-        wire.parse_stream_header(frame_walk.head), cameras, first_frame, tuple(chunk_headers)
+        wire.parse_stream_header(frame_walk.head),
+        cameras,
+        metadata,
+        first_frame,
+        tuple(chunk_headers),
     )
 
 

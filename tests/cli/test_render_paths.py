@@ -6,8 +6,13 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.video import VideoReader
+from quarc_ref.format import container, wire
+from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import list_names, run, run_json
 from tests.cli.schemas import validate
+from tests.small_streams import rebuild_stream
+
+_KEPT_KINDS = (container.HEAD, container.CAME, container.CANO, container.FRAM)
 
 
 def _read_png(path):
@@ -32,6 +37,22 @@ def test_a_path_has_a_picture_for_each_frame(name, stream, tmp_path):
     assert json_output["files"] == [f"frame_{frame:04}.png" for frame in range(3)]
     assert first_picture.shape == (32, 48, 3)
     assert not np.array_equal(first_picture, last_picture)
+
+
+def test_a_path_keeps_the_up_direction_in_the_metadata_upright(stream, tmp_path):
+    chunks = [chunk for chunk in split_chunks(stream.read_bytes()) if chunk.kind in _KEPT_KINDS]
+    for name, up in {"a": "0 1 0", "b": "0 -1 0"}.items():
+        metadata = container.META, wire.build_metadata({"up": up})
+        data = rebuild_stream([*((chunk.kind, chunk.payload) for chunk in chunks), metadata])
+        (tmp_path / f"{name}.quarc").write_bytes(data)
+        run_json(
+            "render", tmp_path / f"{name}.quarc", "-o", tmp_path / name, "--path", "orbit",
+            "--frames", "0",
+        )  # fmt: skip
+    pictures = [_read_png(tmp_path / name / "frame_0000.png") for name in ("a", "b")]
+
+    assert not np.array_equal(*pictures)
+    assert np.abs(pictures[0][::-1, ::-1].astype(int) - pictures[1]).mean() < 2
 
 
 def test_frames_are_spread_over_the_requested_pictures(stream, tmp_path):

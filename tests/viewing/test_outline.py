@@ -62,6 +62,14 @@ def test_the_last_cameras_chunk_is_used(data):
     assert outline_stream(BytesSource(rebuild_stream(chunks))).cameras == (OTHER_CAMERA,)
 
 
+def test_the_last_metadata_chunk_is_used(data):
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
+    for value in ("1 0 0", "0 1 0"):
+        chunks.insert(-2, (container.META, wire.build_metadata({"up": value})))
+
+    assert outline_stream(BytesSource(rebuild_stream(chunks))).metadata == {"up": "0 1 0"}
+
+
 def test_payloads_of_frames_are_not_read(data):
     source = CountedSource(data)
     outline = outline_stream(source)

@@ -7,11 +7,11 @@ from itertools import pairwise
 import numpy as np
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
 from quarc_ref.viewing.paths.pose import (
     Pose,
     Vector,
+    WorldAxes,
     find_center,
     find_up,
     get_camera_pose,
@@ -23,14 +23,14 @@ _SPIRAL_EXTENT_FACTOR = 0.5  # relative to the largest distance of a camera from
 
 
 def plan_orbit(
-    cameras: Sequence[Camera], first_camera: Camera, header: StreamHeader, pose_count: int
+    cameras: Sequence[Camera], first_camera: Camera, axes: WorldAxes, pose_count: int
 ) -> list[Pose]:
     """Plan a circle at constant height around the point that the cameras look at.
 
     Args:
         cameras: Cameras of the stream.
         first_camera: Camera at which the circle starts.
-        header: Header of the stream, which defines the up axis and the handedness.
+        axes: Axes of the stream.
         pose_count: Number of poses, evenly spaced on the closed circle.
 
     Raises:
@@ -38,14 +38,14 @@ def plan_orbit(
             below the center.
     """
     up, center, first_pose = (
-        find_up(cameras, header.up_axis),
+        find_up(cameras, axes),
         find_center(cameras),
         get_camera_pose(first_camera),
     )
     offset = first_pose.eye - center
     vertical_offset = (offset @ up) * up
     horizontal_offset = offset - vertical_offset
-    tangent = np.cross(up, horizontal_offset) * (1 if header.right_handed else -1)
+    tangent = np.cross(up, horizontal_offset) * (1 if axes.right_handed else -1)
     return [
         look_at(
             center
@@ -55,49 +55,49 @@ def plan_orbit(
             center,
             up,
             first_pose.view_angle,
-            right_handed=header.right_handed,
+            right_handed=axes.right_handed,
         )
         for angle in (2 * math.pi * index / pose_count for index in range(pose_count))
     ]
 
 
 def plan_spiral(
-    cameras: Sequence[Camera], first_camera: Camera, header: StreamHeader, pose_count: int
+    cameras: Sequence[Camera], first_camera: Camera, axes: WorldAxes, pose_count: int
 ) -> list[Pose]:
     """Plan a spiral in front of a forward-facing scene; all poses look at the scene's center.
 
     Args:
         cameras: Cameras of the stream.
         first_camera: Camera whose field of view is used.
-        header: Header of the stream, which defines the up axis and the handedness.
+        axes: Axes of the stream.
         pose_count: Number of poses.
 
     Raises:
         PathError: The up direction is unknown.
     """
-    up, center = find_up(cameras, header.up_axis), find_center(cameras)
+    up, center = find_up(cameras, axes), find_center(cameras)
     eyes = np.array([get_camera_pose(camera).eye for camera in cameras])
     mean_eye = eyes.mean(axis=0)
-    axes = look_at(mean_eye, center, up, 1.0, right_handed=header.right_handed).axes
-    extent = _SPIRAL_EXTENT_FACTOR * np.abs((eyes - mean_eye) @ axes.T).max(axis=0)
+    view_axes = look_at(mean_eye, center, up, 1.0, right_handed=axes.right_handed).axes
+    extent = _SPIRAL_EXTENT_FACTOR * np.abs((eyes - mean_eye) @ view_axes.T).max(axis=0)
     poses = []
     for index in range(pose_count):
         angle = 2 * math.pi * _SPIRAL_TURNS * index / pose_count
         direction: Vector = np.array([math.cos(angle), math.sin(angle), math.sin(angle / 2)])
         poses.append(
             look_at(
-                mean_eye + (extent * direction) @ axes,
+                mean_eye + (extent * direction) @ view_axes,
                 center,
                 up,
                 get_camera_pose(first_camera).view_angle,
-                right_handed=header.right_handed,
+                right_handed=axes.right_handed,
             )
         )
     return poses
 
 
 def plan_tour(
-    cameras: Sequence[Camera], first_camera: Camera, _header: StreamHeader, pose_count: int
+    cameras: Sequence[Camera], first_camera: Camera, _axes: WorldAxes, pose_count: int
 ) -> list[Pose]:
     """Plan a smooth path through all cameras, from each camera to the nearest remaining one.
 
@@ -125,7 +125,7 @@ def plan_tour(
     return interpolate_poses(times, tour_poses, np.linspace(0, times[-1], pose_count))
 
 
-PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, StreamHeader, int], list[Pose]]] = {
+PATH_PLANNERS: dict[str, Callable[[Sequence[Camera], Camera, WorldAxes, int], list[Pose]]] = {
     "orbit": plan_orbit,
     "spiral": plan_spiral,
     "interpolate": plan_tour,

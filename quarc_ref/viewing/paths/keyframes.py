@@ -17,9 +17,16 @@ from typing import Any, TypeGuard
 import numpy as np
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
-from quarc_ref.viewing.paths.pose import PathError, Pose, Vector, find_up, get_camera_pose, look_at
+from quarc_ref.viewing.paths.pose import (
+    PathError,
+    Pose,
+    Vector,
+    WorldAxes,
+    find_up,
+    get_camera_pose,
+    look_at,
+)
 
 _SCHEMA = "camera-path/1"
 _KEYFRAME_KEYS = {"time", "camera", "position", "target", "up", "fov", "frame"}
@@ -95,7 +102,7 @@ class Keyframes:
 
 
 def read_keyframes(
-    path: Path, cameras: Sequence[Camera], reference_camera: Camera, header: StreamHeader
+    path: Path, cameras: Sequence[Camera], reference_camera: Camera, axes: WorldAxes
 ) -> Keyframes:
     """Read a camera path from a file.
 
@@ -103,21 +110,21 @@ def read_keyframes(
         path: Path of the file.
         cameras: Cameras of the stream; keyframes may refer to them by name.
         reference_camera: Camera whose field of view is the default for keyframes.
-        header: Header of the stream, which defines the up axis and the handedness.
+        axes: Axes of the stream.
 
     Raises:
         PathError: The file is malformed, or a pose is invalid; the message names the keyframe.
         OSError: The file cannot be read.
     """
     try:
-        return parse_keyframes(path.read_bytes(), cameras, reference_camera, header)
+        return parse_keyframes(path.read_bytes(), cameras, reference_camera, axes)
     except PathError as error:
         message = f"{path}: {error}"
         raise PathError(message) from error
 
 
 def parse_keyframes(
-    data: bytes, cameras: Sequence[Camera], reference_camera: Camera, header: StreamHeader
+    data: bytes, cameras: Sequence[Camera], reference_camera: Camera, axes: WorldAxes
 ) -> Keyframes:
     """Parse the bytes of a camera path; see `read_keyframes`."""
     entries = _parse_entries(data)
@@ -128,7 +135,7 @@ def parse_keyframes(
         try:
             times.append(_read_time(entry, times))
             frames.append(_read_frame(entry, frames))
-            poses.append(_read_pose(entry, cameras, reference_camera, header))
+            poses.append(_read_pose(entry, cameras, reference_camera, axes))
         except PathError as error:
             message = f"keyframe {number}: {error}"
             raise PathError(message) from error
@@ -186,7 +193,7 @@ def _read_pose(
     entry: Mapping[str, Any],
     cameras: Sequence[Camera],
     reference_camera: Camera,
-    header: StreamHeader,
+    axes: WorldAxes,
 ) -> Pose:
     camera_by_name = {camera.name: camera for camera in cameras}
     if "camera" in entry:
@@ -201,10 +208,10 @@ def _read_pose(
             raise PathError(message)
         pose = get_camera_pose(camera_by_name[name])
         return Pose(pose.eye, pose.axes, _read_field_of_view(entry, pose.view_angle))
-    up = _read_vector(entry, "up") if "up" in entry else find_up(cameras, header.up_axis)
+    up = _read_vector(entry, "up") if "up" in entry else find_up(cameras, axes)
     view_angle = _read_field_of_view(entry, get_camera_pose(reference_camera).view_angle)
     eye, target = (_read_vector(entry, key) for key in ("position", "target"))
-    return look_at(eye, target, up, view_angle, right_handed=header.right_handed)
+    return look_at(eye, target, up, view_angle, right_handed=axes.right_handed)
 
 
 def _read_field_of_view(entry: Mapping[str, Any], default: float) -> float:

@@ -6,7 +6,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.viewing.outline import Outline
 from quarc_ref.viewing.paths.automatic import PATH_PLANNERS
 from quarc_ref.viewing.paths.keyframes import read_keyframes
-from quarc_ref.viewing.paths.pose import PathError, PlannedPicture
+from quarc_ref.viewing.paths.pose import PathError, PlannedPicture, WorldAxes
 
 
 def plan_pictures(
@@ -36,11 +36,10 @@ def plan_pictures(
     if not frame_count:
         message = "the stream has none of the requested frames"
         raise PathError(message)
+    axes = WorldAxes.from_stream(outline.header, outline.metadata)
     if path_name in PATH_PLANNERS:
         pose_count = picture_count or frame_count
-        poses = PATH_PLANNERS[path_name](
-            outline.cameras, reference_camera, outline.header, pose_count
-        )
+        poses = PATH_PLANNERS[path_name](outline.cameras, reference_camera, axes, pose_count)
         frames = [first_frame + index * frame_count // pose_count for index in range(pose_count)]
     else:
         if picture_count is not None:
@@ -49,9 +48,7 @@ def plan_pictures(
                 "cannot be chosen"
             )
             raise PathError(message)
-        keyframes = read_keyframes(
-            Path(path_name), outline.cameras, reference_camera, outline.header
-        )
+        keyframes = read_keyframes(Path(path_name), outline.cameras, reference_camera, axes)
         frames_per_second = outline.header.frames_per_second
         poses, frames = (
             keyframes.interpolate(frames_per_second),

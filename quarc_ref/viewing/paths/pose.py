@@ -1,13 +1,15 @@
 """Position and orientation of a moving camera."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from quarc_ref.export.up_direction import find_up_direction
 from quarc_ref.format.cameras import Camera
+from quarc_ref.format.records import StreamHeader
 
 Vector = NDArray[np.float64]
 _MIN_LENGTH = 1e-9
@@ -32,6 +34,28 @@ class PlannedPicture:
 
     frame: int
     camera: Camera
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WorldAxes:
+    """What a stream states about the axes of its world.
+
+    Attributes:
+        up: `[3]` up direction, a unit vector; None if it is unknown.
+        right_handed: Whether the world is right-handed.
+    """
+
+    up: Vector | None = None
+    right_handed: bool = True
+
+    @classmethod
+    def from_stream(cls, header: StreamHeader, metadata: Mapping[str, str]) -> "WorldAxes":
+        """Return the axes from a stream's header and, if it has no up axis, metadata (SPEC I.4)."""
+        up = find_up_direction(header.up_axis, metadata)
+        if up is not None:
+            up = up / np.abs(up).max()  # the square of a tiny or huge number is out of range
+            up = up / np.linalg.norm(up)
+        return cls(up, header.right_handed)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,21 +115,22 @@ def look_at(
     return Pose(eye, np.stack([right if right_handed else -right, down, forward]), view_angle)
 
 
-def find_up(cameras: Sequence[Camera], up_axis: int) -> Vector:
+def find_up(cameras: Sequence[Camera], axes: WorldAxes) -> Vector:
     """Return the `[3]` up direction of the scene.
 
     Args:
-        cameras: Cameras of the stream.
-        up_axis: Up axis from the stream's header; for 0 (unknown), cameras are assumed to be
-            level on average.
+        cameras: Cameras of the stream; if it states no up direction, they are assumed to be level
+            on average.
+        axes: Axes of the stream.
+
+    Raises:
+        PathError: The up direction is unknown.
     """
-    if up_axis:
-        axis, is_negative = divmod(up_axis - 1, 2)
-        direction: Vector = np.eye(3)[axis] * (-1 if is_negative else 1)
-        return direction
+    if axes.up is not None:
+        return axes.up
     mean_up = -sum((get_camera_pose(camera).axes[1] for camera in cameras), np.zeros(3))
     return _normalize(
-        mean_up, "the stream has no up axis, and the up directions of its cameras cancel out"
+        mean_up, "the stream has no up direction, and the up directions of its cameras cancel out"
     )
 
 

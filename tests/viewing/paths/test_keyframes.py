@@ -4,9 +4,8 @@ import math
 import numpy as np
 import pytest
 
-from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.keyframes import parse_keyframes, read_keyframes
-from quarc_ref.viewing.paths.pose import PathError, get_camera_pose
+from quarc_ref.viewing.paths.pose import PathError, WorldAxes, get_camera_pose
 from tests.cli.schemas import validate
 from tests.viewing.paths.rigs import make_ring, mirror_cameras
 
@@ -16,7 +15,7 @@ _SCHEMA = "quarc-ref/camera-path/1"
 
 def _parse(*keyframes, **extra_keys):
     document = {"schema": _SCHEMA, "keyframes": list(keyframes), **extra_keys}
-    return parse_keyframes(json.dumps(document).encode(), _RING, _RING[0], StreamHeader())
+    return parse_keyframes(json.dumps(document).encode(), _RING, _RING[0], WorldAxes())
 
 
 def test_keyframes_are_cameras_of_the_stream_or_poses():
@@ -54,8 +53,8 @@ def test_keyframes_of_a_left_handed_stream_contain_its_reflection():
         {"time": 1, "position": [0, -2, 1], "target": [0, 0, 1]},
     ]
     document = json.dumps({"schema": _SCHEMA, "keyframes": keyframes}).encode()
-    header = StreamHeader(right_handed=False)
-    poses = parse_keyframes(document, cameras, cameras[0], header).interpolate(4)
+    axes = WorldAxes(right_handed=False)
+    poses = parse_keyframes(document, cameras, cameras[0], axes).interpolate(4)
 
     assert poses[0].axes == pytest.approx(get_camera_pose(cameras[3]).axes, abs=1e-6)
     assert poses[-1].axes == pytest.approx(np.array([[-1, 0, 0], [0, 0, -1], [0, 1, 0]]), abs=1e-12)
@@ -113,7 +112,7 @@ def test_other_files_are_rejected_by_name(tmp_path):
     for data, message in ((b"{", "not JSON"), (b"[]", "schema"), (b'{"schema": "x/1"}', "schema")):
         path.write_bytes(data)
         with pytest.raises(PathError, match=rf"a\.json: .*{message}"):
-            read_keyframes(path, _RING, _RING[0], StreamHeader())
+            read_keyframes(path, _RING, _RING[0], WorldAxes())
     with pytest.raises(PathError, match="only the keys"):
         _parse({"time": 0, "camera": "cam0"}, more=1)
 

@@ -4,11 +4,18 @@ import pytest
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.viewing.paths.automatic import plan_orbit, plan_spiral, plan_tour
 from quarc_ref.viewing.paths.interpolation import interpolate_poses
-from quarc_ref.viewing.paths.pose import PathError, find_center, find_up, get_camera_pose, look_at
+from quarc_ref.viewing.paths.pose import (
+    PathError,
+    WorldAxes,
+    find_center,
+    find_up,
+    get_camera_pose,
+    look_at,
+)
 from tests.viewing.paths.rigs import make_ring, mirror_cameras
 
 _UP = np.array([0.0, 0.0, 1.0])
-_HEADER = StreamHeader()
+_AXES = WorldAxes()
 _CENTER = np.array([1.0, 2.0, 0.5])
 
 
@@ -25,8 +32,24 @@ def test_the_point_looked_at_and_the_up_axis_follow_from_the_cameras():
     ring = make_ring(_CENTER)
 
     assert find_center(ring) == pytest.approx(_CENTER, abs=1e-6)
-    assert find_up(ring, 0) == pytest.approx(_UP, abs=1e-6)
-    assert find_up(ring, 4).tolist() == [0, -1, 0]
+    assert find_up(ring, _AXES) == pytest.approx(_UP, abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("up_axis", "text", "expected_up"),
+    [
+        (4, "1 0 0", [0, -1, 0]),  # the header has priority
+        (0, "0 -3 4", [0, -0.6, 0.8]),
+        (0, "1e-300 0 0", [1, 0, 0]),
+        (0, "1e300 0 0", [1, 0, 0]),
+        (0, "no direction", _UP),
+        (0, "0 0 0", _UP),
+    ],
+)
+def test_the_up_direction_is_that_of_the_stream(up_axis, text, expected_up):
+    axes = WorldAxes.from_stream(StreamHeader(up_axis=up_axis), {"up": text})
+
+    assert find_up(make_ring(_CENTER), axes) == pytest.approx(np.array(expected_up), abs=1e-6)
 
 
 def test_a_single_camera_looks_at_a_point_in_front_of_it():
@@ -39,7 +62,7 @@ def test_a_single_camera_looks_at_a_point_in_front_of_it():
 
 def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
     ring = make_ring(_CENTER)
-    poses = plan_orbit(ring, ring[2], _HEADER, 8)
+    poses = plan_orbit(ring, ring[2], _AXES, 8)
     offsets = np.array([pose.eye for pose in poses]) - _CENTER
 
     assert poses[0].eye == pytest.approx(get_camera_pose(ring[2]).eye)
@@ -56,7 +79,7 @@ def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
 def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
     cameras = make_ring(_CENTER)[:4]
     eyes = np.array([get_camera_pose(camera).eye for camera in cameras])
-    for pose in plan_spiral(cameras, cameras[0], _HEADER, 12):
+    for pose in plan_spiral(cameras, cameras[0], _AXES, 12):
         direction = _CENTER - pose.eye
         assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2], abs=1e-6)
         assert np.linalg.norm(pose.eye - eyes.mean(axis=0)) < np.ptp(eyes, axis=0).max()
@@ -64,22 +87,22 @@ def test_a_spiral_stays_among_the_cameras_and_looks_at_the_center():
 
 def test_a_tour_starts_at_its_camera_and_passes_all_others():
     ring = make_ring(_CENTER)
-    poses = plan_tour(ring, ring[3], _HEADER, 600)
+    poses = plan_tour(ring, ring[3], _AXES, 600)
     positions = np.array([pose.eye for pose in poses])
 
     assert positions[0] == pytest.approx(get_camera_pose(ring[3]).eye)
     for camera in ring:
         distances = np.linalg.norm(positions - get_camera_pose(camera).eye, axis=1)
         assert distances.min() < 0.02
-    assert len(plan_tour(ring[:1], ring[0], _HEADER, 5)) == 5
+    assert len(plan_tour(ring[:1], ring[0], _AXES, 5)) == 5
 
 
 @pytest.mark.parametrize("plan", [plan_orbit, plan_spiral, plan_tour])
 def test_a_left_handed_stream_has_the_mirrored_path(plan):
     ring = make_ring(_CENTER)[:5]
     mirrored_ring, mirror = mirror_cameras(ring)
-    poses = plan(ring, ring[1], _HEADER, 9)
-    mirrored_poses = plan(mirrored_ring, mirrored_ring[1], StreamHeader(right_handed=False), 9)
+    poses = plan(ring, ring[1], _AXES, 9)
+    mirrored_poses = plan(mirrored_ring, mirrored_ring[1], WorldAxes(right_handed=False), 9)
 
     for pose, mirrored_pose in zip(poses, mirrored_poses, strict=True):
         assert mirrored_pose.eye == pytest.approx(mirror @ pose.eye)
