@@ -48,7 +48,8 @@ def convert_in_subprocess(data: bytes, source_format: str, target_format: str) -
     if find_spec("gaussforge") is None:
         message = "gaussforge is not installed"
         raise ImportError(message, name="gaussforge")
-    command = [sys.executable, "-I", "-c", _CHILD_PROGRAM, source_format, target_format]
+    # -P ignores modules in the current folder; -I would also ignore packages of the user.
+    command = [sys.executable, "-P", "-c", _CHILD_PROGRAM, source_format, target_format]
     try:
         completed = subprocess.run(
             command, input=data, capture_output=True, timeout=_TIMEOUT_SECONDS, check=False

@@ -116,9 +116,11 @@ def _list_frames(folder: Path) -> list[Path]:
     Raises:
         NoFramesError: The folder has no frames, or frames in several formats.
     """
-    paths = [path for path in folder.iterdir() if path.suffix.lower() in _PARSERS]
+    # Systems and programs write hidden files next to others, such as ._frame_0000.ply on macOS.
+    visible_paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    paths = [path for path in visible_paths if path.suffix.lower() in _PARSERS]
     suffixes = sorted({path.suffix.lower() for path in paths})
-    fourdgs_files = sorted(folder.glob(f"*{_FOURDGS_SUFFIX}"))
+    fourdgs_files = sorted(path for path in visible_paths if path.suffix.lower() == _FOURDGS_SUFFIX)
     if not suffixes and fourdgs_files:
         message = (
             f"{folder} is a folder: use the file {fourdgs_files[0]}, which contains all frames"

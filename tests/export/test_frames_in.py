@@ -7,7 +7,8 @@ import pytest
 
 from quarc_ref.datasets.camera_geometry import rotation_matrix
 from quarc_ref.export.clip import Clip, Frame
-from quarc_ref.export.errors import UnreadableFramesError
+from quarc_ref.export.conversion import convert_in_subprocess
+from quarc_ref.export.errors import NoFramesError, UnreadableFramesError
 from quarc_ref.export.frames_in import open_frames
 from quarc_ref.export.sidecar import (
     SIDECAR_NAME,
@@ -58,6 +59,19 @@ def test_a_folder_of_ply_is_read_in_numeric_order(clip_and_frames, tmp_path):
     for number, splats in enumerate(imported_splats):
         assert np.array_equal(splats.positions, frames[number % 4].splats.positions)
         assert np.array_equal(splats.sh, frames[number % 4].splats.sh)
+
+
+def test_hidden_files_are_no_frames(clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    write_folder(tmp_path / "in", clip, frames, "ply")
+    for name in ("._f0.ply", "._f0.spz"):  # macOS writes such files to other file systems
+        (tmp_path / "in" / name).write_bytes(b"attributes")
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "empty" / "._a.4dgs").write_bytes(b"attributes")
+
+    assert len(list(open_frames(tmp_path / "in").read())) == 4
+    with pytest.raises(NoFramesError, match=r"no \.ply or \.spz"):
+        open_frames(tmp_path / "empty")
 
 
 def test_a_sidecar_gives_rate_axes_and_cameras(clip_and_frames, tmp_path):
@@ -114,6 +128,18 @@ def test_an_up_direction_in_metadata_is_rotated_with_spz_frames(up, rotated_up):
 
     assert sidecar.metadata["up"] == rotated_up
     assert sidecar.up_axis == (3 if up == "up" else 0)
+
+
+def test_spz_is_read_by_a_package_outside_the_environment(tmp_path, monkeypatch):
+    package = "class GaussForge:\n    def convert(self, data, *_):\n        return {'data': data}\n"
+    (tmp_path / "packages").mkdir()
+    (tmp_path / "packages" / "gaussforge.py").write_text(package)
+    (tmp_path / "gaussforge.py").write_text("raise SystemExit('from the current folder')")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(tmp_path / "packages")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "packages"))
+
+    assert convert_in_subprocess(b"spz", "spz", "ply") == b"spz"
 
 
 def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
