@@ -30,7 +30,7 @@ def format_stream_name(name: str) -> str:
     if name == STANDARD_STREAM:
         return "standard input"
     if is_path_name(name):
-        return name.rstrip("/").rpartition("/")[2]
+        return Path(name).name
     path = re.split(r"[?#]", name)[0].rstrip("/")
     address_or_name = path.rpartition("/")[2]
     is_address = path.count("/") == 2

@@ -1,10 +1,11 @@
 import base64
 import os
 import sys
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 
 import pytest
 
+from quarc_ref.cli.page_options import make_page_title
 from quarc_ref.datasets.video import read_still
 from quarc_ref.viewing.page import read_player
 from tests.cli.commands import list_names, run, run_json
@@ -23,6 +24,13 @@ def test_a_folder_has_everything_that_a_page_needs(stream_file, tmp_path):
     assert (folder / "quarc-player.js").read_bytes() == read_player()
     assert (json_output["frames"], json_output["bytes"]) == (4, stream_file.stat().st_size)
     assert json_output["iframe"].startswith('<iframe src="site/" title="small" width="960"')
+
+
+@pytest.mark.parametrize("name", ["C:\\Users\\me\\scene.quarc", "C:/Users/me/scene.quarc"])
+def test_the_default_title_has_no_folders_on_windows(name, monkeypatch):
+    monkeypatch.setattr("quarc_ref.cli.options.Path", PureWindowsPath)
+
+    assert make_page_title(name) == "scene"
 
 
 def test_a_single_page_contains_everything(stream_file, tmp_path):
