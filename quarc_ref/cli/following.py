@@ -27,7 +27,10 @@ FollowedStreamName = Annotated[
 ]
 FollowFlag = Annotated[
     bool,
-    typer.Option("--follow", help="Wait for a stream that is being written or does not exist yet."),
+    typer.Option(
+        "--follow",
+        help="Wait for a stream that is being written, or for a file that does not exist yet.",
+    ),
 ]
 Patience = Annotated[
     float,
@@ -44,7 +47,8 @@ def make_follow_options(name: str, patience: float, *, follow: bool) -> "Follow 
     """Return the options for waiting at the end of a growing stream; None if `follow` is not set.
 
     The result is also None for standard input, because reading it blocks until data arrives. If
-    `follow` is set and the file does not exist, wait for it, for at most `patience` seconds.
+    `follow` is set and the name is a path that does not exist, wait for the file, for at most
+    `patience` seconds; a URL must exist.
 
     Args:
         name: Path or URL of the stream, or `-`.

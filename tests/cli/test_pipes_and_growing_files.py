@@ -180,6 +180,12 @@ def test_follow_waits_for_a_stream_that_does_not_exist_yet(tmp_path):
     assert list_names(folder) == [f"frame_{frame:04}.ply" for frame in range(9)]
 
 
+def test_help_says_that_follow_waits_for_a_file_and_not_for_a_url():
+    words = run("verify", "--help").stdout.replace("│", " ").split()
+
+    assert "or for a file that does not exist yet" in " ".join(words)
+
+
 @pytest.mark.parametrize("start_bytes", [0, 40, len(_DATA) // 3])
 def test_later_frames_are_awaited_even_if_the_stream_has_just_begun(start_bytes, tmp_path):
     path = tmp_path / "live.quarc"
