@@ -12,7 +12,7 @@ from quarc_ref.format import container, wire
 from quarc_ref.format.container import Chunk, ChunkHeader
 from quarc_ref.format.errors import ChunkOrderError, FrameOrderError, TruncatedError
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.resync import ORDINAL_BYTES, parse_ordinal
+from quarc_ref.streams.resync import read_ordinals
 from quarc_ref.streams.source import Source
 
 
@@ -59,6 +59,7 @@ class FrameWalk:
         chunk = self._reader.read_chunk()
         self.head = chunk.payload if chunk else b""
         self.header = wire.parse_stream_header(self.head)
+        self._canonical: int | None = None  # ordinal of the last CANO
         self._is_chunk_read = False
         self._available_bytes: int | None = 0  # minimum number of available bytes; None if unknown
 
@@ -95,11 +96,7 @@ class FrameWalk:
 
     def _next_frame(self, header: ChunkHeader, frame: int | None) -> int | None:
         if header.kind in container.CANONICAL_TYPES:
-            ordinal = self._read_ordinal(header)
-            if frame is not None and ordinal != frame + 1:
-                message = f"frame {ordinal} follows frame {frame}; expected frame {frame + 1}"
-                raise FrameOrderError(message, header.offset)
-            return ordinal
+            return self._next_canonical(header, frame)
         if header.kind != container.FRAM:
             return frame
         if frame is None:
@@ -107,11 +104,23 @@ class FrameWalk:
             raise ChunkOrderError(message, header.offset)
         return frame + 1
 
-    def _read_ordinal(self, header: ChunkHeader) -> int:
-        data = self._reader.source.read(header.payload_offset, ORDINAL_BYTES)
-        if len(data) < ORDINAL_BYTES:
-            _raise_truncated(header)
-        return parse_ordinal(data)
+    def _next_canonical(self, header: ChunkHeader, frame: int | None) -> int:
+        """Return the ordinal of a CANO or SNAP, after checking it and the SNAP's reference."""
+        is_snapshot = header.kind == container.SNAP
+        if is_snapshot and self._canonical is None:  # [5.1-3]
+            message = "a snapshot must follow a CANO"
+            raise ChunkOrderError(message, header.offset)
+        ordinal, *references = read_ordinals(self._reader.source, header, 1 + is_snapshot)
+        if frame is not None and ordinal != frame + 1:  # [7.2-1] [7.9-1]
+            message = f"frame {ordinal} follows frame {frame}; expected frame {frame + 1}"
+            raise FrameOrderError(message, header.offset)
+        if not is_snapshot:
+            self._canonical = ordinal
+        elif references != [self._canonical]:  # [7.9-2]
+            message = f"frame {ordinal} is coded against frame {references[0]}, "
+            message += f"but the last CANO is frame {self._canonical}"
+            raise FrameOrderError(message, header.offset)
+        return ordinal
 
 
 def _raise_truncated(header: ChunkHeader) -> NoReturn:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from quarc_ref.format import container
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, SYNC, TAIL_BYTES
 from quarc_ref.format.container import ChunkHeader
-from quarc_ref.format.errors import PayloadCrcError, TruncatedError
+from quarc_ref.format.errors import FieldError, PayloadCrcError, TruncatedError
 from quarc_ref.streams.chunk_reader import check_payload_crc
 from quarc_ref.streams.source import Source
 
@@ -88,6 +88,29 @@ class ResumeConditions:
 def parse_ordinal(payload: bytes) -> int:
     """Return the frame number at the start of a CANO or SNAP payload (SPEC 5.4)."""
     return int.from_bytes(payload[:ORDINAL_BYTES], "little")
+
+
+def read_ordinals(source: Source, header: ChunkHeader, count: int) -> list[int]:
+    """Read the frame numbers at the start of a payload: one of a CANO, two of a SNAP.
+
+    Args:
+        source: The stream.
+        header: Header of the chunk.
+        count: Number of frame numbers.
+
+    Raises:
+        FieldError: The payload is too short.
+        TruncatedError: The stream ends inside the frame numbers.
+    """
+    byte_count = count * ORDINAL_BYTES
+    if header.length < byte_count:
+        message = f"a payload of {header.length} bytes is too short for a frame number"
+        raise FieldError(message, header.offset)
+    data = source.read(header.payload_offset, byte_count)
+    if len(data) < byte_count:
+        message = "the stream ends inside a chunk"
+        raise TruncatedError(message, header.offset)
+    return [parse_ordinal(data[start:]) for start in range(0, byte_count, ORDINAL_BYTES)]
 
 
 def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:

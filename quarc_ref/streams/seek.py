@@ -10,11 +10,11 @@ from contextlib import suppress
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
 from quarc_ref.format.container import TAIL_CHUNK_BYTES, Chunk, ChunkHeader
-from quarc_ref.format.errors import BitstreamError, FieldError, IndexMismatchError, TruncatedError
+from quarc_ref.format.errors import BitstreamError, IndexMismatchError, TruncatedError
 from quarc_ref.format.records import SeekPoint
 from quarc_ref.format.seek_points import SeekPoints
 from quarc_ref.streams.chunk_reader import ChunkReader
-from quarc_ref.streams.resync import ORDINAL_BYTES
+from quarc_ref.streams.resync import ORDINAL_BYTES, read_ordinals
 from quarc_ref.streams.source import Source
 
 
@@ -56,7 +56,8 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _read_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    point = points.find_by_frame(_read_ordinal(reader, header, ORDINAL_BYTES))  # [11.2-5]
+    _, canonical = read_ordinals(reader.source, header, 2)
+    point = points.find_by_frame(canonical)  # [11.2-5]
     if point is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
@@ -101,26 +102,14 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
     with suppress(TruncatedError):
         for header in reader.headers():
             if header.kind in container.CANONICAL_TYPES:
-                next_frame = _read_ordinal(reader, header, 0)
-                if header.kind == container.SNAP and header.length >= 2 * ORDINAL_BYTES:
-                    _read_ordinal(reader, header, ORDINAL_BYTES)  # may not have arrived yet
+                has_reference = header.kind == container.SNAP and header.length >= 2 * ORDINAL_BYTES
+                # The reference is read, too, because it may not have arrived yet.
+                next_frame = read_ordinals(reader.source, header, 1 + has_reference)[0]
                 points.append(SeekPoint(header.offset, header.sequence, next_frame))
             next_frame += header.kind in container.FRAME_TYPES
             if next_frame > frame:
                 break
     return SeekPoints.from_records(points)
-
-
-def _read_ordinal(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
-    """Read the frame number at byte `offset` of a payload."""
-    if header.length < offset + ORDINAL_BYTES:
-        message = f"a payload of {header.length} bytes is too short for a frame number"
-        raise FieldError(message, header.offset)
-    data = reader.source.read(header.payload_offset + offset, ORDINAL_BYTES)
-    if len(data) < ORDINAL_BYTES:
-        message = "the stream ends inside a chunk"
-        raise TruncatedError(message, header.offset)
-    return int.from_bytes(data, "little")
 
 
 def _move_to_chunk(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:

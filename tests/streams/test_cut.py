@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from quarc_ref.decoder import StreamDecoder
 from quarc_ref.format import container, wire
 from quarc_ref.format.errors import ChunkOrderError, EditError, FrameOrderError, TruncatedError
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.cut import cut
 from tests.small_streams import CountedSource, make_stream, rebuild_stream
@@ -161,3 +162,15 @@ def test_frames_out_of_order_are_rejected():
         cut_bytes(_build_stream_of_kinds([b"HEAD", b"CANO", b"CANO", b"TAIL"]))
     with pytest.raises(ChunkOrderError):
         cut_bytes(_build_stream_of_kinds([b"HEAD", b"FRAM", b"TAIL"]))
+
+
+def test_a_snapshot_without_its_canonical_frame_is_rejected():
+    header = StreamHeader(snapshots=True)
+    data, _ = make_stream(header, gaussian_count=9, frame_count=2, snapshot_every=1)
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
+    sink = io.BytesIO()
+
+    stream = rebuild_stream([chunk for chunk in chunks if chunk[0] in {b"HEAD", b"SNAP"}])
+    with pytest.raises(ChunkOrderError, match="a snapshot must follow a CANO"):
+        cut(CountedSource(stream), None, None, sink)
+    assert sink.getvalue() == b""

@@ -8,8 +8,14 @@ from hypothesis import strategies as st
 from quarc_ref.decoder import StreamDecoder, compute_digest
 from quarc_ref.format import container, wire
 from quarc_ref.format.constants import COUNTER_LIMIT
-from quarc_ref.format.errors import BadMagicError, EditError, PayloadCrcError, TruncatedError
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.errors import (
+    BadMagicError,
+    ChunkOrderError,
+    EditError,
+    PayloadCrcError,
+    TruncatedError,
+)
+from quarc_ref.format.records import StreamHeader, Tail
 from quarc_ref.streams import decode
 from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.join import join
@@ -226,6 +232,17 @@ def test_a_fault_in_copied_data_is_named():
 
     with pytest.raises(PayloadCrcError, match="stream 2: "):
         join_bytes(_SHORT, damaged)
+
+
+def test_a_part_that_begins_with_a_snapshot_is_named():
+    header = replace(_HEADER, snapshots=True)
+    data, _ = make_stream(header, gaussian_count=9, frame_count=3, snapshot_every=1)
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(data)]
+    tail = (b"TAIL", wire.build_tail(Tail(2, 2, 0)))
+    snapshots = [chunk for chunk in chunks if chunk[0] in {b"HEAD", b"came", b"SNAP"}]
+
+    with pytest.raises(ChunkOrderError, match="stream 2: a snapshot must follow a CANO"):
+        join_bytes(data, rebuild_stream([*snapshots, tail]))
 
 
 class _UnsizedSource(BytesSource):
