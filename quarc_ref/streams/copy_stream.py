@@ -3,6 +3,7 @@
 from typing import BinaryIO
 
 from quarc_ref.format import container
+from quarc_ref.format.constants import MAGIC
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.source import Source
 
@@ -21,10 +22,12 @@ def copy_stream(source: Source, sink: BinaryIO) -> int:
         BitstreamError: The stream is invalid; all chunks before the error have been copied.
         SourceError: The file, pipe or server cannot be read.
     """
-    reader, copied_bytes, frame_count = ChunkReader(source), 0, 0
+    reader, frame_count = ChunkReader(source), 0
     for header in reader.headers():
-        reader.take(header)
-        sink.write(source.read(copied_bytes, header.end - copied_bytes))
-        copied_bytes = header.end
+        chunk = reader.take(header)
+        if chunk.kind == container.HEAD:
+            sink.write(MAGIC)
+        # The file may have changed since the check, so it is not read again.
+        sink.write(container.build_chunk(chunk.kind, chunk.sequence, chunk.payload))
         frame_count += header.kind in container.FRAME_TYPES
     return frame_count

@@ -7,7 +7,7 @@ from quarc_ref.format.errors import BitstreamError, TrailingDataError, Truncated
 from quarc_ref.streams import BytesSource, PipeSource
 from quarc_ref.streams.chunk_reader import split_chunks
 from quarc_ref.streams.copy_stream import copy_stream
-from tests.small_streams import make_stream, rebuild_stream
+from tests.small_streams import CountedSource, make_stream, rebuild_stream
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +35,23 @@ def test_chunks_of_unknown_types_are_copied(data):
     stream = rebuild_stream(chunks)
 
     assert _copy(BytesSource(stream))[1] == stream
+
+
+class _ChangingSource(CountedSource):
+    """A stream whose bytes are changed once they have been read."""
+
+    def read(self, offset, length):
+        data = super().read(offset, length)
+        end = offset + len(data)
+        self._data = self._data[:offset] + bytes(len(data)) + self._data[end:]
+        return data
+
+
+def test_what_was_checked_is_written_without_a_second_read(data):
+    source = _ChangingSource(data)
+
+    assert _copy(source) == (5, data)
+    assert source.byte_count() == len(data)
 
 
 def test_every_byte_of_a_chunk_is_checked(data):
