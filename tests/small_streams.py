@@ -121,3 +121,15 @@ class CountedSource(BytesSource):
 
     def byte_count(self) -> int:
         return sum(length for _, length in self.reads)
+
+
+class GrowingSource(CountedSource):
+    """A stream of which another byte arrives whenever a reader waits."""
+
+    def __init__(self, data: bytes, first_bytes: int) -> None:
+        super().__init__(data[:first_bytes])
+        self._all_bytes = data
+
+    def wait(self, _seconds: float = 0) -> None:
+        """Let a byte arrive; instead of `Follow.stop_event.wait`."""
+        self._data = self._all_bytes[: len(self._data) + 1]

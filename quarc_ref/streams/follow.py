@@ -18,7 +18,7 @@ class Follow:
     Attributes:
         interval: Seconds between polls.
         patience: Seconds without a new complete chunk after which the stream is considered
-            truncated.
+            truncated. In a search for a chunk after damage, any new byte counts.
         stop_event: Event that another thread can set to stop waiting; the stream is then
             considered truncated.
     """
@@ -32,7 +32,8 @@ def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
     """Retry a read until a growing stream has enough bytes for it.
 
     Args:
-        action: Function that reads; it must have no effect if the stream ends too early.
+        action: Function that reads and can be repeated if the stream ends too early. The offset of
+            its error says how far it has come: waiting starts again whenever this offset grows.
         follow: How often and how long to retry; None to try once.
 
     Returns:
@@ -43,12 +44,15 @@ def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
     """
     if follow is None:
         return action()
-    deadline = time.monotonic() + follow.patience
+    deadline, furthest_offset = 0.0, -1
     while True:
         try:
             return action()
         except TruncatedError as error:
-            if time.monotonic() >= deadline:
+            now, offset = time.monotonic(), error.offset or 0
+            if offset > furthest_offset:
+                deadline, furthest_offset = now + follow.patience, offset
+            if now >= deadline:
                 patience_text = str(follow.patience).removesuffix(".0")
                 message = f"{error.args[0]}; no new data for {patience_text} s"
                 raise TruncatedError(message, error.offset) from error

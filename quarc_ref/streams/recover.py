@@ -21,8 +21,8 @@ from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.follow import Follow, poll
 from quarc_ref.streams.resync import (
     ResumeConditions,
+    ResumptionSearch,
     SearchBudget,
-    find_resumption,
     parse_ordinal,
 )
 from quarc_ref.streams.source import Source, as_source
@@ -144,8 +144,9 @@ class _Recovery:
             canonical=None if reference is None else reference.frame,
         )
         follow = None if isinstance(error, TruncatedError) else self._follow
+        search = ResumptionSearch(self._source, conditions, is_growing=follow is not None)
         try:
-            resumption = poll(lambda: find_resumption(self._source, conditions), follow)
+            resumption = poll(search.find, follow)
         except TruncatedError as end_error:
             self.is_finished = True
             yield _make_gap(error, offset, end_error.offset, None)

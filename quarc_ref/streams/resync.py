@@ -8,6 +8,7 @@ therefore proportional to the size of the stream, even if damaged bytes look lik
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import chain
 
 from quarc_ref.format import container
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, SYNC, TAIL_BYTES
@@ -113,32 +114,71 @@ def read_ordinals(source: Source, header: ChunkHeader, count: int) -> list[int]:
     return [parse_ordinal(data[start:]) for start in range(0, byte_count, ORDINAL_BYTES)]
 
 
-def find_resumption(source: Source, conditions: ResumeConditions) -> ChunkHeader:
-    """Find the first chunk at which decoding can resume: a CANO, a SNAP or the final TAIL.
+class ResumptionSearch:
+    """Finds the first chunk at which decoding can resume: a CANO, a SNAP or the final TAIL.
+
+    In a growing stream, `find` can be called again once the stream has grown. The search then
+    continues where it ended, so no chunk is charged to the budget twice.
 
     Args:
         source: The stream.
         conditions: Conditions on the chunk.
-
-    Raises:
-        TruncatedError: There is no such chunk; the error's offset is the end of the stream.
+        is_growing: Whether the stream may grow. A chunk that the stream does not contain
+            completely is then not charged, but checked once it is complete.
     """
-    start, size = conditions.offset, _FIRST_WINDOW_BYTES
-    while True:
-        window = source.read(start, size)
-        for header in _find_headers(window, start):
-            if not conditions.matches_header(header) or not conditions.budget.allows(header.offset):
+
+    def __init__(
+        self, source: Source, conditions: ResumeConditions, *, is_growing: bool = False
+    ) -> None:
+        self._source, self._conditions, self._is_growing = source, conditions, is_growing
+        self._offset = conditions.offset  # start of the next window
+        self._end = conditions.offset  # end of the last window
+        self._window_bytes = _FIRST_WINDOW_BYTES
+        self._incomplete: list[ChunkHeader] = []  # chunks to check once they are complete
+        self._missing_end: int | None = None  # smallest chunk end known to be beyond the stream
+
+    def find(self) -> ChunkHeader:
+        """Find the chunk; see the class.
+
+        Raises:
+            TruncatedError: There is no such chunk; the error's offset is the end of the stream.
+        """
+        earlier, self._incomplete, self._missing_end = self._incomplete, [], None
+        for header in chain(earlier, self._new_headers()):
+            if not self._conditions.budget.allows(header.offset):
+                continue
+            if self._is_growing and self._is_missing(header.end):
+                self._incomplete.append(header)
                 continue
             with suppress(PayloadCrcError, TruncatedError):
-                check_payload_crc(source, header)
-                if conditions.matches_payload(header, source):
+                check_payload_crc(self._source, header)
+                if self._conditions.matches_payload(header, self._source):
                     return header
-            conditions.budget.spend(header.length)
-        if len(window) < size:
-            message = "the stream ends without a chunk at which decoding can resume"
-            raise TruncatedError(message, start + len(window))
-        start += size - CHUNK_HEADER_BYTES + 1
-        size = min(2 * size, MAX_WINDOW_BYTES)
+            self._conditions.budget.spend(header.length)
+        message = "the stream ends without a chunk at which decoding can resume"
+        raise TruncatedError(message, self._end)
+
+    def _new_headers(self) -> Iterator[ChunkHeader]:
+        """Yield the matching headers up to the end of the stream that were not yielded before."""
+        has_more = True
+        while has_more:
+            window = self._source.read(self._offset, self._window_bytes)
+            for header in _find_headers(window, self._offset):
+                if self._conditions.matches_header(header):
+                    yield header
+            has_more = len(window) == self._window_bytes
+            self._end = self._offset + len(window)
+            self._offset += max(0, len(window) - CHUNK_HEADER_BYTES + 1)
+            self._window_bytes = min(2 * self._window_bytes, MAX_WINDOW_BYTES)
+
+    def _is_missing(self, end: int) -> bool:
+        """Return whether the stream does not have the byte before `end` yet."""
+        if self._missing_end is not None and end >= self._missing_end:
+            return True
+        if self._source.read(end - 1, 1):
+            return False
+        self._missing_end = end
+        return True
 
 
 def _find_headers(window: bytes, start: int) -> Iterator[ChunkHeader]:

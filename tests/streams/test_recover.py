@@ -13,9 +13,9 @@ from quarc_ref.format.constants import CHUNK_HEADER_BYTES, LEVELS, MAGIC, SYNC
 from quarc_ref.format.container import build_chunk
 from quarc_ref.format.errors import BitstreamError, TruncatedError, UnknownCriticalError
 from quarc_ref.format.records import Tail
-from quarc_ref.streams import BytesSource, Follow, Gap, PipeSource, decode, recover
+from quarc_ref.streams import BytesSource, Follow, Gap, PipeSource, decode, recover, resync
 from quarc_ref.streams.chunk_reader import split_chunks
-from tests.small_streams import CountedSource, make_stream, rebuild_stream
+from tests.small_streams import CountedSource, GrowingSource, make_stream, rebuild_stream
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _CHUNKS = list(split_chunks(_DATA))
@@ -303,6 +303,18 @@ def test_a_stream_that_stops_growing_times_out():
 
     assert frames == list(range(9))
     assert [gap.reject_id for gap in gaps] == ["truncated"]
+
+
+def test_waiting_for_a_keyframe_does_not_spend_the_search_budget(monkeypatch):
+    monkeypatch.setattr(resync, "_MAX_BUDGETED_PAYLOAD_BYTES", 0)  # as if the chunks were large
+    damaged = bytearray(_DATA)
+    damaged[_CHUNKS[_FIRST].offset + 21] ^= 1
+    source = GrowingSource(bytes(damaged), _CHUNKS[_FIRST + 1].offset)
+
+    frames, gaps = _recover(source, follow=Follow(stop_event=source))
+
+    assert frames == list(range(3, 9))
+    assert [gap.reject_id for gap in gaps] == ["payload-crc"]
 
 
 def test_every_damaged_byte_is_in_one_gap():

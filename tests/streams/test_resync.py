@@ -1,5 +1,6 @@
 import time
 import zlib
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -14,10 +15,10 @@ from quarc_ref.streams import resync
 from quarc_ref.streams.resync import (
     MAX_WINDOW_BYTES,
     ResumeConditions,
+    ResumptionSearch,
     SearchBudget,
-    find_resumption,
 )
-from tests.small_streams import CountedSource
+from tests.small_streams import CountedSource, GrowingSource
 
 _CANO = build_chunk(b"CANO", 9, (30).to_bytes(4, "little") + b"rest of the frame")
 _TAIL = build_chunk(b"TAIL", 9, wire.build_tail(Tail(3, 1, 0)))
@@ -27,7 +28,7 @@ _MEGABYTE = 1 << 20
 def _find_resumption(data: bytes, **changes):
     conditions = {"offset": 0, "sequence": 5, "frame": 10, "max_payload_bytes": 1000} | changes
     conditions["budget"] = SearchBudget(conditions["max_payload_bytes"])
-    return find_resumption(CountedSource(data), ResumeConditions(**conditions))
+    return ResumptionSearch(CountedSource(data), ResumeConditions(**conditions)).find()
 
 
 @given(st.binary(max_size=200), st.binary(max_size=200))
@@ -99,9 +100,9 @@ def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
     source = CountedSource(junk + bytes(_MEGABYTE) + _CANO)
     start_time = time.process_time()
 
-    chunk = find_resumption(
+    chunk = ResumptionSearch(
         source, ResumeConditions(0, 5, 10, 4 * _MEGABYTE, SearchBudget(4 * _MEGABYTE))
-    )
+    ).find()
 
     assert chunk.offset == len(junk) + _MEGABYTE
     assert time.process_time() - start_time < seconds
@@ -110,3 +111,62 @@ def test_a_megabyte_of_junk_is_skipped_quickly(junk, seconds):
 
 def test_the_ordinal_of_a_frame_is_its_first_field():
     assert resync.parse_ordinal((1 << 31).to_bytes(4, "little") + b"more") == 1 << 31
+
+
+class _RecordedBudget(SearchBudget):
+    """A budget that records what was charged."""
+
+    def __init__(self, max_payload_bytes):
+        super().__init__(max_payload_bytes)
+        self.charges = []
+
+    def spend(self, byte_count):
+        self.charges.append(byte_count)
+        super().spend(byte_count)
+
+
+def _search_while_growing(data, first_bytes=0):
+    """Search a stream that grows; return the chunk, the budget and the bytes that were read."""
+    source, budget = GrowingSource(data, first_bytes), _RecordedBudget(1000)
+    search = ResumptionSearch(source, ResumeConditions(0, 5, 10, 1000, budget), is_growing=True)
+    while True:
+        with suppress(TruncatedError):
+            return search.find(), budget, source.byte_count()
+        source.wait()
+
+
+def test_only_chunks_that_are_complete_and_damaged_are_charged_and_only_once():
+    damaged = _CANO[:-1] + bytes([_CANO[-1] ^ 1])
+    data = damaged + b"junk" + build_chunk(b"CANO", 9, (9).to_bytes(4, "little")) + _CANO
+
+    chunk, budget, _ = _search_while_growing(data)
+
+    assert chunk.offset == len(data) - len(_CANO)
+    assert budget.charges == [len(_CANO) - 24, 4]
+
+
+@pytest.mark.parametrize("first_bytes", [0, 3, 19, 20, 5000])
+def test_a_search_in_a_growing_stream_continues_where_it_ended(first_bytes):
+    junk = bytes(6000)
+    long_chunk = build_chunk(b"CANO", 9, (30).to_bytes(4, "little") + bytes(900))
+
+    chunk, budget, byte_count = _search_while_growing(junk + long_chunk, first_bytes)
+
+    assert (chunk.offset, budget.charges) == (len(junk), [])
+    assert byte_count < 40 * len(junk)
+
+
+def test_a_chunk_within_an_incomplete_chunk_does_not_wait_for_it():
+    data = _forge_headers(1, 900) + b"junk" + _CANO
+
+    chunk, budget, _ = _search_while_growing(data)
+
+    assert (chunk.offset, budget.charges) == (24, [])
+
+
+def test_an_incomplete_chunk_of_a_stream_that_does_not_grow_is_charged():
+    budget = _RecordedBudget(1000)
+    with pytest.raises(TruncatedError):
+        ResumptionSearch(CountedSource(_CANO[:-1]), ResumeConditions(0, 5, 10, 1000, budget)).find()
+
+    assert budget.charges == [len(_CANO) - 24]
