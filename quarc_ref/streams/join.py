@@ -30,7 +30,8 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
 
     The first stream keeps its frame numbers; those of the other streams are shifted. HEAD is
     copied from the first stream, except that its level is the highest level of all streams.
-    Cameras must be the same in all streams. Only the metadata entries that are the same in all
+    Cameras must be the same in all streams, and neither the cameras nor the metadata of a stream
+    may change after its first frame. Only the metadata entries that are the same in all
     streams are kept, and `start` of the first stream; `start` and `fingerprint` are dropped if the
     frames of the streams do not follow each other in the capture. Ancillary chunks of unknown types
     keep their places between frames; identical chunks before the first frames of several streams
@@ -51,7 +52,7 @@ def join(sources: Sequence[Source], sink: BinaryIO) -> int:
     parts = []
     for number, source in enumerate(sources, 1):
         with _prefix_errors(number):
-            parts.append(_inspect_part(source))
+            parts.append(_inspect_part(source, number))
     if not parts:
         message = "no streams to join"
         raise EditError(message)
@@ -91,21 +92,39 @@ def _prefix_errors(number: int) -> Iterator[None]:
         raise
 
 
-def _inspect_part(source: Source) -> _Part:
+def _inspect_part(source: Source, number: int) -> _Part:
+    """Read what is compared before streams are joined.
+
+    Raises:
+        EditError: The cameras or the metadata change after the first frame.
+        BitstreamError: The stream is invalid.
+    """
     walk, frames = FrameWalk(source), range(0)
-    latest_payloads = {}
+    cameras: tuple[Camera, ...] | None = None
+    metadata: dict[str, str] | None = None
     for step in walk:
-        if step.header.kind in (container.CAME, container.META):
-            latest_payloads[step.header.kind] = walk.take(step).payload
+        if step.header.kind == container.CAME:
+            earlier_cameras, cameras = cameras, wire.parse_cameras(walk.take(step).payload)
+            if cameras != earlier_cameras:
+                _require_before_frames(step, number, "cameras")
+        elif step.header.kind == container.META:
+            earlier_metadata, metadata = metadata, wire.parse_metadata(walk.take(step).payload)
+            if metadata != earlier_metadata:
+                _require_before_frames(step, number, "metadata")
         elif step.is_frame and step.frame is not None:
             frames = range(frames.start if frames else step.frame, step.frame + 1)
-    came, meta = latest_payloads.get(container.CAME), latest_payloads.get(container.META)
-    return _Part(
-        walk.head,
-        None if came is None else wire.parse_cameras(came),
-        None if meta is None else wire.parse_metadata(meta),
-        frames,
-    )
+    return _Part(walk.head, cameras, metadata, frames)
+
+
+def _require_before_frames(step: Step, number: int, content: str) -> None:
+    """Raise EditError if a chunk that changes the cameras or metadata follows a frame.
+
+    The joined stream has both only at its beginning, so they would apply to earlier frames.
+    """
+    if step.frame is not None:
+        message = f"stream {number} has other {content} after frame {step.frame} than before; "
+        message += "streams in which they change cannot be joined"
+        raise EditError(message)
 
 
 def _require_joinable(first: _Part, part: _Part, number: int) -> None:

@@ -142,6 +142,45 @@ def test_cameras_must_be_the_same(cameras):
         join_bytes(_SHORT, other_stream)
 
 
+def _insert_chunk(index, kind, payload):
+    """Return the stream _SHORT with a chunk before its chunk `index`."""
+    chunks = [(chunk.kind, chunk.payload) for chunk in split_chunks(_SHORT)]
+    tail = (b"TAIL", wire.build_tail(Tail(3, 1, 0)))
+    return rebuild_stream([*chunks[:index], (kind, payload), *chunks[index:-2], tail])
+
+
+@pytest.mark.parametrize(("index", "frame"), [(4, 0), (5, 1), (6, 2)])
+@pytest.mark.parametrize(
+    ("kind", "payload", "content"),
+    [
+        (b"came", wire.build_cameras((replace(CAMERA, fx=51.0),)), "cameras"),
+        (b"meta", wire.build_metadata({"other": "text"}), "metadata"),
+    ],
+    ids=["cameras", "metadata"],
+)
+def test_cameras_and_metadata_must_not_change_after_the_first_frame(
+    index, frame, kind, payload, content
+):
+    stream = _insert_chunk(index, kind, payload)
+
+    message = f"stream 2 has other {content} after frame {frame} than before"
+    with pytest.raises(EditError, match=message):
+        join_bytes(_SHORT, stream)
+    with pytest.raises(EditError, match="stream 1 has other"):
+        join_bytes(stream)
+
+
+def test_cameras_may_be_replaced_before_the_first_frame_and_repeated_later():
+    other_cameras = wire.build_cameras((replace(CAMERA, fx=51.0),))
+    cameras = wire.build_cameras((CAMERA,))
+
+    replaced = join_bytes(_insert_chunk(3, b"came", other_cameras))
+    repeated = join_bytes(_insert_chunk(5, b"came", cameras))
+
+    assert _read(replaced).cameras == (replace(CAMERA, fx=51.0),)
+    assert repeated == _SHORT
+
+
 def test_metadata_shared_by_all_parts_is_kept():
     metadata = [
         {"a": "1", "b": "2", "c": "3"},
