@@ -51,7 +51,13 @@ class FileVersion:
         return Change.GROWN if validator_changed else Change.NONE
 
     def merged_with(self, later: "FileVersion") -> "FileVersion":
-        """Return this version, updated with the headers of a later response."""
+        """Return this version, updated with the headers of a later response.
+
+        The ETag and modification time of another size do not describe the file any more: a
+        response without them, such as 416, leaves them unknown.
+        """
+        if later.size is not None and self.size not in (None, later.size):
+            return later
         return FileVersion(
             self.size if later.size is None else later.size,
             later.etag or self.etag,

@@ -40,10 +40,18 @@ def test_a_file_is_identified_by_tag_or_time_and_by_size(later, change):
 
 
 def test_values_missing_from_a_later_response_are_kept():
-    assert _FIRST_VERSION.merged_with(FileVersion(101)) == FileVersion(101, '"one"', "Monday")
+    assert _FIRST_VERSION.merged_with(FileVersion(100)) == _FIRST_VERSION
+    assert FileVersion(None, '"one"').merged_with(FileVersion(100)) == FileVersion(100, '"one"')
     assert _FIRST_VERSION.merged_with(FileVersion(None, '"two"')) == FileVersion(
         100, '"two"', "Monday"
     )
+
+
+@pytest.mark.parametrize(
+    "later", [FileVersion(101), FileVersion(101, '"two"'), FileVersion(101, None, "Tuesday")]
+)
+def test_tag_and_time_of_another_size_are_not_kept(later):
+    assert _FIRST_VERSION.merged_with(later) == later
 
 
 @pytest.fixture(params=_HEADERS)
@@ -84,3 +92,13 @@ def test_a_growing_file_is_not_another_file(server):
         server.file = lambda _, size=size: DATA[:size]
         assert source.read(0, 100) == DATA[: min(size, 100)]
         assert source.size() == size
+
+
+def test_a_file_that_grew_after_a_read_beyond_its_end_is_not_another_file(server):
+    source = HttpSource(server.url)
+    server.file = lambda _: DATA[:40]
+    assert source.read(0, 100) == DATA[:40]
+    server.file = lambda _: DATA[:60]
+    assert source.read(60, 10) == b""  # the server sends only the new size
+
+    assert source.read(30, 100) == DATA[30:60]
