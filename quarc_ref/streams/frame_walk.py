@@ -81,6 +81,11 @@ class FrameWalk:
             if not self._is_chunk_read:
                 self._skip_chunk(header)
 
+    @property
+    def offset(self) -> int:
+        """Offset up to which the walk has moved past chunks, which are therefore complete."""
+        return self._reader.offset
+
     def take(self, step: Step) -> Chunk:
         """Read and check the chunk of the current step."""
         self._is_chunk_read = True

@@ -68,14 +68,16 @@ def outline_stream(source: Source) -> Outline:
                 cameras = wire.parse_cameras(frame_walk.take(step).payload)
             elif step.header.kind == container.META:
                 metadata = wire.parse_metadata(frame_walk.take(step).payload)
-            if step.is_frame and step.frame is not None and _is_complete(step.header, source):
+            if step.is_frame and step.frame is not None:
                 first_frame = first_frame if chunk_headers else step.frame
                 chunk_headers.append(step.header)
+    if chunk_headers and chunk_headers[-1].end > frame_walk.offset:
+        chunk_headers.pop()  # the stream ends inside its last frame
     return Outline(
         wire.parse_stream_header(frame_walk.head),
         cameras,
         metadata,
-        first_frame,
+        first_frame if chunk_headers else 0,
         tuple(chunk_headers),
     )
 
@@ -97,11 +99,6 @@ def read_cameras(source: Source) -> tuple[Camera, ...] | None:
         if step.header.kind == container.CAME:
             cameras = wire.parse_cameras(frame_walk.take(step).payload)
     return None
-
-
-def _is_complete(header: ChunkHeader, source: Source) -> bool:
-    size = source.size()
-    return size is None or header.end <= size
 
 
 def find_camera(cameras: Sequence[Camera], name: str | None) -> Camera:

@@ -86,6 +86,31 @@ def test_a_truncated_stream_has_the_frames_before(data):
     assert truncated.cameras == (CAMERA,)
 
 
+def test_every_complete_frame_of_a_truncated_stream_counts(data):
+    frames = outline_stream(BytesSource(data)).chunk_headers
+
+    for size in range(frames[0].offset, len(data)):
+        outline = outline_stream(BytesSource(data[:size]))
+        assert outline.chunk_headers == tuple(frame for frame in frames if frame.end <= size)
+
+
+class _SizeCountingSource(BytesSource):
+    """A stream that counts requests for its size."""
+
+    size_requests = 0
+
+    def size(self):
+        self.size_requests += 1
+        return super().size()
+
+
+def test_the_size_is_not_requested_for_every_frame(data):
+    source = _SizeCountingSource(data)
+
+    assert len(outline_stream(source).chunk_headers) == 5
+    assert source.size_requests == 1
+
+
 def test_a_file_that_is_not_a_stream_is_rejected():
     with pytest.raises(BitstreamError, match="bad-magic"):
         outline_stream(BytesSource(b"no stream at all"))
