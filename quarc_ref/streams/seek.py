@@ -56,8 +56,7 @@ def seek(reader: ChunkReader, frame: int) -> tuple[SeekPoints, Chunk | None]:
 
 def _read_canonical(reader: ChunkReader, header: ChunkHeader, points: SeekPoints) -> Chunk:
     """Read the CANO to which a snapshot refers."""
-    _, canonical = read_ordinals(reader.source, header, 2)
-    point = points.find_by_frame(canonical)  # [11.2-5]
+    point = points.find_by_frame(_read_ordinal(reader, header, ORDINAL_BYTES))  # [11.2-5]
     if point is None:
         message = "the frame that a snapshot is coded against has no seek point"
         raise IndexMismatchError(message, header.offset)
@@ -102,14 +101,19 @@ def _collect_seek_points(reader: ChunkReader, frame: int) -> SeekPoints:
     with suppress(TruncatedError):
         for header in reader.headers():
             if header.kind in container.CANONICAL_TYPES:
-                has_reference = header.kind == container.SNAP and header.length >= 2 * ORDINAL_BYTES
-                # The reference is read, too, because it may not have arrived yet.
-                next_frame = read_ordinals(reader.source, header, 1 + has_reference)[0]
+                next_frame = _read_ordinal(reader, header, 0)
+                if header.kind == container.SNAP and header.length >= 2 * ORDINAL_BYTES:
+                    _read_ordinal(reader, header, ORDINAL_BYTES)  # may not have arrived yet
                 points.append(SeekPoint(header.offset, header.sequence, next_frame))
             next_frame += header.kind in container.FRAME_TYPES
             if next_frame > frame:
                 break
     return SeekPoints.from_records(points)
+
+
+def _read_ordinal(reader: ChunkReader, header: ChunkHeader, offset: int) -> int:
+    """Read the frame number at byte `offset` of a payload."""
+    return read_ordinals(reader.source, header, 1 + offset // ORDINAL_BYTES)[-1]
 
 
 def _move_to_chunk(reader: ChunkReader, offset: int, sequence: int, *kinds: bytes) -> ChunkHeader:
