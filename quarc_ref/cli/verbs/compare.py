@@ -227,7 +227,8 @@ def _print_result(
         print_json("compare/1", {**tables.as_json(comparison, summary), **report})
         return
     title = (
-        f"Against {comparison.truth_description}: {format_count(len(comparison.frames), 'frame')}"
+        f"Against {comparison.truth_description}: {format_count(len(comparison.frames), 'frame')} "
+        f"of {', '.join(comparison.cameras)}"
     )
     headings = [f"<{heading}" if heading in ("entry", "kind") else heading
                 for heading in tables.list_point_headings(summary)]  # fmt: skip
