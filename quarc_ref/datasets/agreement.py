@@ -16,7 +16,7 @@ from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
-_MAX_ROUNDING = 0.2  # Also relative; so that a coarse time base does not hide a missing frame.
+_MAX_ROUNDING = 0.2  # Relative, too: a coarse time base must not hide a missing frame.
 _MAX_DESCRIPTIONS = 5
 
 

@@ -110,10 +110,10 @@ class CaptureNotes:
 
 
 def _find_common_fraction(offsets: Sequence[float]) -> float:
-    """Return the fraction of a frame, from 0 to 1, that is closest to those of all offsets.
+    """Return the shift, as a fraction of a frame, with the smallest largest rounding error.
 
-    On a circle with a circumference of one frame, it is opposite to the middle of the largest gap
-    between the fractions of the offsets.
+    On a circle with a circumference of one frame, the fractions of all offsets are closest to the
+    point that is opposite to the middle of the largest gap between them.
     """
     fractions = sorted(offset % 1.0 for offset in offsets)
     gaps = [second - first for first, second in pairwise([*fractions, fractions[0] + 1])]

@@ -58,7 +58,7 @@ def estimate_encode(
 def count_steps(canonical: CanonicalSettings) -> tuple[int, int]:
     """Return how many training steps frame 0 has at full resolution and at half resolution.
 
-    A step on a pseudo-view counts as `_PSEUDO_VIEW_STEPS` steps at half resolution.
+    A step on a pseudo-view counts as several steps at half resolution, because it takes longer.
     """
     half_steps = canonical.half_resolution_steps
     pseudo_view_steps = _PSEUDO_VIEW_STEPS * canonical.pseudo_view_count

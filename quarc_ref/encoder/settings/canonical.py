@@ -76,7 +76,7 @@ class CanonicalSettings(Validated):
         500, "First iteration in which Gaussians can be densified."
     )
     densify_until_iter: NonNegativeInt = described(
-        5000, "Iteration at which densification ends; it also ends where fine-tuning starts."
+        5000, "Iteration at which densification ends, at the latest when fine-tuning starts."
     )
     densification_interval: PositiveInt = described(100, "Iterations between densifications.")
     densify_grad_threshold: NonNegativeFloat = described(
