@@ -5,7 +5,7 @@ and intrinsics are expected to refer to upright pictures.
 """
 
 from collections.abc import Mapping
-from typing import SupportsBytes, cast
+from typing import NoReturn, SupportsBytes, cast
 
 import av
 import numpy as np
@@ -21,19 +21,35 @@ def rotate_upright(frame: av.VideoFrame) -> Image:
     pictures that were encoded.
 
     Raises:
-        ValueError: The matrix is not a rotation by a multiple of 90 degrees, or the
-            pixels cannot be converted to RGB.
+        ValueError: The rotation is not by a multiple of 90 degrees, or the pixels cannot be
+            converted to RGB.
     """
     quarter_turns, remainder = divmod(frame.rotation, 90)  # counterclockwise, as in `np.rot90`
-    if remainder or _is_mirrored(frame):
-        transformation = "mirrored" if not remainder else f"rotated by {frame.rotation} degrees"
-        message = (
-            f"the picture is stored {transformation}, but only rotations by 90, 180 or 270 "
-            "degrees are supported"
-        )
-        raise ValueError(message)
+    if remainder:
+        _reject(f"rotated by {frame.rotation} degrees")
     picture = frame.to_ndarray(format="rgb24")
     return np.ascontiguousarray(np.rot90(picture, quarter_turns), dtype=np.uint8)
+
+
+def require_unmirrored(frame: av.VideoFrame) -> None:
+    """Check that the display matrix of a frame does not mirror it.
+
+    Reading the matrix makes a reference cycle, so the frame stays in memory, with threads of
+    FFmpeg, until Python's garbage collector runs. Only one frame of a video should be checked.
+
+    Raises:
+        ValueError: The matrix mirrors the frame.
+    """
+    if _is_mirrored(frame):
+        _reject("mirrored")
+
+
+def _reject(transformation: str) -> NoReturn:
+    message = (
+        f"the picture is stored {transformation}, but only rotations by 90, 180 or 270 degrees "
+        "are supported"
+    )
+    raise ValueError(message)
 
 
 def _is_mirrored(frame: av.VideoFrame) -> bool:

@@ -22,7 +22,7 @@ from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
-from quarc_ref.datasets.orientation import rotate_upright
+from quarc_ref.datasets.orientation import require_unmirrored, rotate_upright
 
 _MAX_LEVEL_BITS = 8
 _FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
@@ -96,6 +96,8 @@ class VideoReader:
         self._next_frame = frame + 1
         self.rotation = decoded.rotation
         try:
+            if frame == 0:  # all frames of a video have its display matrix
+                require_unmirrored(decoded)
             return rotate_upright(decoded)
         except (av.FFmpegError, ValueError) as error:
             message = (

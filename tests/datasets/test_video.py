@@ -1,3 +1,5 @@
+import gc
+
 import av
 import cv2
 import numpy as np
@@ -22,6 +24,24 @@ def video(tmp_path_factory):
 @pytest.fixture(scope="module")
 def decoded_frames(video):
     return scenes.read_video(video)
+
+
+def test_no_frame_stays_in_memory_until_garbage_is_collected(video):
+    reader = VideoReader(video)
+    gc.collect()
+    gc.disable()
+    try:
+        frames_before = _count_frames_in_memory()
+        for frame in [*range(1, FRAME_COUNT)] * 4:
+            reader.read(frame)
+        # The threads of the decoder hold a few frames.
+        assert _count_frames_in_memory() - frames_before < 2 * FRAME_COUNT
+    finally:
+        gc.enable()
+
+
+def _count_frames_in_memory():
+    return sum(isinstance(item, av.VideoFrame) for item in gc.get_objects())
 
 
 def test_size_rate_and_count_are_those_of_the_video(video):
