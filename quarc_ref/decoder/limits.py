@@ -12,14 +12,14 @@ def check_gaussian_count(header: StreamHeader, count: int) -> None:
         CountLevelError: The count is above the limit of the stream's level.
         LimitError: The count is above this decoder's limit at the unlimited level.
     """
-    if count > header.limits.gaussians:  # [3.2-1] [3.2-5] [3.2-6]
+    if count > header.limits.gaussians:  # [3.2-1] [3.2-2] [3.2-5] [3.2-6]
         message = f"{count} Gaussians are too many for level {header.level}"
         raise CountLevelError(message)
     _decline_above(_DECODER_LIMITS.gaussians, count, "Gaussians")
 
 
 def check_birth_count(header: StreamHeader, count: int, gaussian_count: int) -> None:
-    """Reject or decline a frame with too many births.
+    """Reject or decline a frame with too many births, or with too many Gaussians after them.
 
     Args:
         header: Header of the stream.
@@ -27,14 +27,14 @@ def check_birth_count(header: StreamHeader, count: int, gaussian_count: int) -> 
         gaussian_count: Number of Gaussians in the scene without the births.
 
     Raises:
-        CountLevelError: The count is above the limit of the stream's level.
-        LimitError: The count is above this decoder's limit at the unlimited level.
+        CountLevelError: A count is above the limit of the stream's level.
+        LimitError: A count is above this decoder's limit at the unlimited level.
     """
     if count > header.limits.births:  # [3.2-3] [3.2-5]
         message = f"{count} births are too many for level {header.level}"
         raise CountLevelError(message)
     _decline_above(_DECODER_LIMITS.births, count, "births")
-    _decline_above(_DECODER_LIMITS.gaussians, gaussian_count + count, "Gaussians")
+    check_gaussian_count(header, gaussian_count + count)
 
 
 def check_payload_bytes(byte_count: int) -> None:

@@ -127,19 +127,16 @@ def append_births(state: State, births: Births) -> State:
 
     Args:
         state: State after `move` and, in a stream with updates, `updates.apply_updates`.
-        births: New Gaussians, in quantization steps.
+        births: New Gaussians, in quantization steps; `limits.check_birth_count` has checked their
+            number.
 
     Raises:
-        CountLevelError: The scene would have more Gaussians than the level allows, or no ids
-            are left.
+        CountLevelError: No ids are left.
         StateError: A parent, a position, a code or a rotation is out of range.
     """
     scene, header, newborn = state.scene, state.scene.header, births.newborn
     if newborn.count == 0:
         return replace(state, births=births)
-    if scene.count + newborn.count > header.limits.gaussians:  # [3.2-2]
-        message = f"{scene.count + newborn.count} Gaussians are too many for level {header.level}"
-        raise CountLevelError(message)
     if state.next_id + newborn.count > COUNTER_LIMIT + 1:  # [7.6-5]
         message = "no ids are left for new Gaussians"
         raise CountLevelError(message)

@@ -197,15 +197,6 @@ def test_births_out_of_range_are_rejected_by_name():
         )
 
 
-def test_more_gaussians_than_the_level_allows_are_rejected(monkeypatch):
-    moved = move(_begin(), make_symbols(_begin()))
-    limits = _HEADER.limits._replace(gaussians=31)
-    monkeypatch.setitem(__import__("quarc_ref").format.records.LEVELS, 10, limits)
-
-    with pytest.raises(CountLevelError):
-        append_births(moved, make_births(moved, 2))
-
-
 def test_a_canonical_position_off_the_lattice_is_rejected():
     header = replace(_HEADER, position_step=16)
     gaussians = make_gaussians(header, 5)
