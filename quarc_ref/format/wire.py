@@ -10,7 +10,7 @@ from dataclasses import asdict, fields
 from typing import Any, TypeVar
 
 import numpy as np
-from construct import Construct, ConstructError, Struct, Tell
+from construct import Construct, ConstructError, StreamError, StringError, Struct, Tell
 
 from quarc_ref.format import constants
 from quarc_ref.format.cameras import Camera
@@ -206,13 +206,22 @@ def _parse(layout: Construct, payload: bytes, compiled: Construct | None = None)
     try:
         parsed = full_layout.parse(payload)
     except (ConstructError, ValueError, struct.error) as error:  # [5-1] [5-4]
-        ends_early = isinstance(error, struct.error)  # for compiled layouts
-        message = "the payload ends too early" if ends_early else " ".join(str(error).split())
-        raise FieldError(message) from error
+        raise FieldError(_describe_fault(error)) from error
     if parsed.end != len(payload):  # [5-2]
         message = f"{len(payload) - parsed.end} bytes follow the last field"
         raise TrailingDataError(message)
     return parsed.body
+
+
+def _describe_fault(error: Exception) -> str:
+    """Return a message that does not repeat the bytes of a field, which may be megabytes."""
+    if isinstance(error, StringError | UnicodeDecodeError):
+        return "a text is not valid UTF-8"
+    path = str(getattr(error, "path", None)).split(" -> ")
+    field = path[-1] if len(path) > 1 else "a field"  # compiled layouts give no path
+    if isinstance(error, StreamError | struct.error):
+        return f"the payload ends before the end of {field}"
+    return f"{field} is out of its range"
 
 
 def _build(layout: Construct, values: dict[str, Any]) -> bytes:
