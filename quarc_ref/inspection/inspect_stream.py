@@ -23,7 +23,7 @@ from quarc_ref.inspection.estimate import (
 )
 from quarc_ref.inspection.stream_summary import KINDS, ChunkSummary, FrameSummary, StreamSummary
 from quarc_ref.inspection.symbols import count_magnitudes
-from quarc_ref.streams.chunk_reader import ChunkReader
+from quarc_ref.streams.chunk_reader import ChunkReader, check_payload_crc
 from quarc_ref.streams.seek import read_tail_chunk
 from quarc_ref.streams.source import Source, as_source
 
@@ -64,16 +64,21 @@ def inspect_stream(
 
     Raises:
         BitstreamError: The stream is invalid.
+        LimitError: A stream at the unlimited level exceeds the limits of this decoder.
         SourceError: The file, pipe or server cannot be read.
     """
-    reader, decoder, total = ChunkReader(as_source(stream)), StreamDecoder(), count_frames(stream)
+    source, total = as_source(stream), count_frames(stream)
+    reader, decoder = ChunkReader(source), StreamDecoder()
     frames: list[FrameSummary] = []
     chunks: list[ChunkSummary] = []
     for header in reader.headers():
+        size = header.end - header.offset
+        chunks.append(ChunkSummary(header.kind.decode(), header.sequence, header.offset, size))
+        if header.kind not in container.KNOWN_TYPES:
+            check_payload_crc(source, header)
+            continue
         chunk = reader.take(header)
-        chunk_bytes = chunk.byte_count()
-        chunks.append(ChunkSummary(chunk.kind.decode(), chunk.sequence, chunk.offset, chunk_bytes))
-        state = decoder.push(chunk) if chunk.kind in container.KNOWN_TYPES else None
+        state = decoder.push(chunk)
         if state is None:
             continue
         frames.append(_summarize_frame(chunk, state, decoder))

@@ -4,13 +4,13 @@ from hypothesis import strategies as st
 
 from quarc_ref.decoder import compute_digest
 from quarc_ref.format import container, wire
-from quarc_ref.format.errors import BitstreamError
-from quarc_ref.format.records import Tail
+from quarc_ref.format.errors import BitstreamError, PayloadCrcError
+from quarc_ref.format.records import StreamHeader, Tail
 from quarc_ref.inspection.estimate import estimate_births, estimate_gaussians, estimate_motion
 from quarc_ref.inspection.inspect_stream import count_frames, inspect_stream
 from quarc_ref.inspection.stream_summary import KINDS
 from quarc_ref.streams.chunk_reader import split_chunks
-from tests.small_streams import CAMERA, make_gaussians, make_stream
+from tests.small_streams import CAMERA, make_gaussians, make_stream, rebuild_stream
 
 _DATA, _STATES = make_stream(gaussian_count=40, frame_count=5)
 _SUMMARY = inspect_stream(_DATA)
@@ -104,6 +104,23 @@ def test_the_frames_of_the_chunks_are_counted_without_decoding(size):
 def test_a_stream_that_does_not_decode_is_not_summarized():
     with pytest.raises(BitstreamError):
         inspect_stream(_DATA[:-1])
+
+
+def test_an_unknown_chunk_is_not_read_into_memory():
+    """The decoder's own limit applies only to the payloads that it decodes."""
+    head, tail = wire.build_stream_header(StreamHeader(level=31)), wire.build_tail(Tail(0, 0, 0))
+    payload = bytes((1 << 26) + 1)
+    summary = inspect_stream(rebuild_stream([(b"HEAD", head), (b"note", payload), (b"TAIL", tail)]))
+
+    assert [chunk.kind for chunk in summary.chunks] == ["HEAD", "note", "TAIL"]
+    assert summary.chunks[1].byte_count == 24 + len(payload)
+
+
+def test_an_unknown_chunk_with_a_wrong_crc_is_rejected():
+    chunks = [(b"HEAD", wire.build_stream_header(StreamHeader())), (b"note", b"unknown")]
+
+    with pytest.raises(PayloadCrcError):
+        inspect_stream(rebuild_stream(chunks).replace(b"unknown", b"Unknown"))
 
 
 def test_a_repeated_canonical_frame_is_canonical_too():
