@@ -98,12 +98,28 @@ def _frame_bounds() -> Iterator[Bound]:
         "7.8",
     )
     yield "s: sum of residuals of an update", -two_codes, two_codes, "8.8"
-    yield "difference of a position of a survivor", -SIGNED_LIMIT * U32, SIGNED_LIMIT * U32, "8.9"
+    yield from _survivor_position_bounds()
     yield "code of a survivor before its check", -two_codes, two_codes, "7.9"
     component = (1 << c.ROTATION_BITS_LIMIT) + SIGNED_LIMIT
     yield "a, b, c of a survivor before their check", -component, component, "7.9"
     yield "s: sum of magnitudes of a survivor", 0, two_codes, "8.9"
     yield "code of the state", -c.CODE_LIMIT, c.CODE_LIMIT, "7.1"
+
+
+def _survivor_position_bounds() -> Iterator[Bound]:
+    difference = SIGNED_LIMIT * U32
+    position = c.POSITION_LIMIT + difference
+    max_newborn = (1 << 31) - 1 + (1 << c.AXIS_BITS_LIMIT) - 1
+    lattice = c.POSITION_LIMIT + difference * U16
+    yield "difference of a position of a survivor", -difference, difference, "8.9"
+    yield "position of a survivor before its checks, position steps", -position, position, "7.9"
+    yield "this position x `position_step`", -lattice, lattice, "7.9"
+    yield (
+        "difference of two positions of a snapshot, before its check",
+        0,
+        position + max_newborn,
+        "7.9",
+    )
 
 
 def _rotation_bounds() -> Iterator[Bound]:

@@ -102,6 +102,8 @@ def test_the_widths_are_reached():
     assert BOUNDS["squared distance"][1] == 3 * (2 * 8388607) ** 2
     assert BOUNDS["product of a round of Philox"][1] == 0xFFFFFFFF * 0xD2511F53
     assert BOUNDS["state of the coder"][1] == (1 << 64) - 1
+    last_survivor = 8388607 + 65535 * (32767 * 0xFFFFFFFF)
+    assert BOUNDS["this position x `position_step`"] == (-last_survivor, last_survivor)
 
 
 def test_all_bounds_fit_int64_except_the_unsigned_quantities():
