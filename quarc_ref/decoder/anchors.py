@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.decoder.binding import bind, bind_exhaustively
+from quarc_ref.decoder.binding import bind
 from quarc_ref.decoder.philox import philox
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.arithmetic import bit_length
@@ -29,11 +29,14 @@ class AnchorLevel:
         positions: `[3, a]` positions of these Gaussians when they were chosen, lattice units.
         parents: `[a]` index of each anchor's parent in the next coarser
             level; all 0 at the coarsest level.
+        cell_shift: Binary logarithm of the size of the cells in which `bind` searches; the
+            default is a single cell.
     """
 
     owners: Int64
     positions: Int32
     parents: Int64
+    cell_shift: int = LATTICE_BITS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +57,11 @@ class Anchors:
 
     def with_births(self, positions: Int32) -> "Anchors":
         """Return the anchors with new Gaussians at positions `[3, n]` bound to them (SPEC 6.5)."""
-        newborn_binding = [bind_exhaustively(positions, level.positions) for level in self.levels]
+        if positions.shape[1] == 0:
+            return self
+        newborn_binding = [
+            bind(positions, level.positions, level.cell_shift) for level in self.levels
+        ]
         return Anchors(
             self.levels, np.hstack([self.binding, np.array(newborn_binding, dtype=np.int32)])
         )
@@ -78,16 +85,16 @@ def sample_anchors(scene: Scene) -> Anchors:
     order, merge_shifts = _sort_by_cell(scene.positions)
     counts = count_anchors(scene.count, scene.header)
     binding = np.empty((len(counts), scene.count), dtype=np.int32)
-    indices_by_level = []
+    choices = []
     for level, count in enumerate(counts):
         indices, shift = _choose_anchors(ranks[level], order, merge_shifts, count)
         binding[level] = bind(scene.positions, scene.positions[:, indices], shift)
-        indices_by_level.append(indices)
+        choices.append((indices, shift))
     parents_by_level = [*binding[1:], np.zeros(scene.count, dtype=np.int32)]
-    levels = [
-        AnchorLevel(scene.ids[indices], scene.positions[:, indices], parents[indices].astype(int))
-        for indices, parents in zip(indices_by_level, parents_by_level, strict=True)
-    ]
+    levels = []
+    for (indices, shift), parents in zip(choices, parents_by_level, strict=True):
+        owners, positions = scene.ids[indices], scene.positions[:, indices]
+        levels.append(AnchorLevel(owners, positions, parents[indices].astype(int), shift))
     return Anchors(tuple(levels), binding)
 
 

@@ -4,6 +4,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plain import oracle
+from quarc_ref.decoder import binding
 from quarc_ref.decoder.anchors import count_anchors, sample_anchors
 from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.constants import POSITION_LIMIT
@@ -63,6 +64,36 @@ def test_anchors_and_binding_match_the_specification(positions, phase, seed, m, 
         ]
         anchor_positions = [positions[index] for index in expected_indices]
         assert level_binding.tolist() == oracle.bind(positions, anchor_positions)
+
+
+@given(clouds(), clouds())
+def test_newborn_gaussians_follow_the_nearest_anchors(positions, newborn):
+    anchors = sample_anchors(make_scene(StreamHeader(gaussians_per_anchor=2), positions, 1))
+
+    extended = anchors.with_births(np.array(newborn, dtype=np.int32).T)
+
+    old_binding = anchors.binding.tolist()
+    for level, old, new in zip(anchors.levels, old_binding, extended.binding, strict=True):
+        anchor_positions = [tuple(position) for position in level.positions.T.tolist()]
+        assert new.tolist() == old + oracle.bind(newborn, anchor_positions)
+
+
+@pytest.mark.parametrize("step", [0, 16])
+def test_births_are_not_compared_with_every_anchor(step, monkeypatch):
+    """A stream of a few bytes can have thousands of anchors and, in each frame, of births."""
+    positions = [(step * i, 0, 0) for i in range(4096)]
+    header = StreamHeader(gaussians_per_anchor=1, level_count=1)
+    anchors = sample_anchors(make_scene(header, positions, 1))
+    compared = []
+
+    def square_lengths(differences):
+        compared.append(differences[0].size)
+        return (differences * differences).sum(axis=0)
+
+    monkeypatch.setattr(binding, "_squared_lengths", square_lengths)
+    anchors.with_births(np.array(positions, dtype=np.int32).T)
+
+    assert sum(compared) < 100 * len(positions)
 
 
 @given(clouds(min_size=9))
