@@ -90,13 +90,15 @@ def read_checked_snapshot(
     Raises:
         BitstreamError: The chunk is invalid.
     """
+
+    def check_count(count: int) -> None:
+        if count == 0:  # [7.9-3]
+            message = "a snapshot has no Gaussians"
+            raise CountError(message)
+        check_gaussian_count(header, count)
+
     check_gaussian_count(header, chunk.newborn_count)
-    snapshot = read_snapshot(chunk, canonical)
-    if snapshot.gaussians.count == 0:  # [7.9-3]
-        message = "a snapshot has no Gaussians"
-        raise CountError(message)
-    check_gaussian_count(header, snapshot.gaussians.count)
-    return snapshot
+    return read_snapshot(chunk, canonical, check_count)
 
 
 def decode_frame(state: State, chunk: FrameChunk) -> State:

@@ -5,6 +5,7 @@ Morton order of the CANO, so the previous survivor is a spatial neighbor and has
 moved in the same way. New Gaussians are coded as in a canonical frame.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -122,12 +123,18 @@ def write_snapshot(
     )
 
 
-def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
+def read_snapshot(
+    chunk: SnapshotChunk,
+    canonical: Gaussians,
+    check_count: Callable[[int], None] = lambda _: None,
+) -> Snapshot:
     """Decode a frame that is coded relative to a canonical frame.
 
     Args:
         chunk: Chunk whose count is within the limit of the stream's level.
         canonical: Gaussians of the CANO, in its Morton order.
+        check_count: Function called with the number of Gaussians once it is known, before the new
+            Gaussians are decoded.
 
     Raises:
         EntropyError: A section is malformed, or the frame is wider than a CANO can represent.
@@ -137,6 +144,7 @@ def read_snapshot(chunk: SnapshotChunk, canonical: Gaussians) -> Snapshot:
     placeholder_rows = np.broadcast_to(np.int64(0), (SURVIVOR_ROWS, canonical.count))
     survivor_indices, rows = _code_survivors(reader, placeholder_lives, placeholder_rows)
     reader.finish()
+    check_count(survivor_indices.size + chunk.newborn_count)
     survivors = _add_differences(canonical, survivor_indices, rows)
     code_planes = canonical.codes.shape[0]
     newborn = read_newborn_gaussians(chunk, code_planes)
