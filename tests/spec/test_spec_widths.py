@@ -1,12 +1,14 @@
 """The arithmetic stays within the bounds of Annex E, and extreme inputs reach them."""
 
+import re
 from math import isqrt
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from plain import oracle
+from plain import oracle, spec_text
 from plain.coder import add_to_counts, weight_from_counts
+from quarc_ref.format import constants as c
 from tests.spec import annex_widths
 
 BOUNDS = {name: (least, greatest) for name, least, greatest, _ in annex_widths.bounds()}
@@ -117,3 +119,27 @@ def test_all_bounds_fit_int64_except_the_unsigned_quantities():
         "`index_offset`, `offset` of a seek point",
     }
     assert all(least >= -(1 << 63) for least, _ in BOUNDS.values())
+
+
+def _count_contexts(class_bits: int, signs: int) -> int:
+    """Return the number of contexts of a sequence for one outer context (SPEC 8.4)."""
+    classes = (1 << class_bits) - 1  # as many as nodes and as signs: class 0 has no sign
+    mantissas = (classes - 1) + 2 * (classes - 2)  # known is 1, then 2 or 3
+    return classes + (classes + 2 * mantissas if signs else mantissas)
+
+
+def test_the_numbers_of_contexts_of_section_13_follow_from_section_8():
+    signed = _count_contexts(c.CLASS_BITS, signs=True)
+    index = (1 << c.ROTATION_INDEX_BITS) - 1
+    fields = 1 + 2 + 4 + 8 + 16
+    level = 20 + (12 + 16 + 16) + 9 + 33  # translation is preceded by at most two channels
+    motion = c.LEVEL_COUNT_LIMIT * level - 15  # P is 0 at the coarsest level
+    births = _count_contexts(c.KEY_CLASS_BITS, signs=False) + 12 * signed + index
+    updates = 16 + 4 + fields + (4 * (1 + 3 + 3) + 1) * signed
+    sh_rest = (1 + 8 * c.REST_CLASSES) * signed
+    survivors = 1 + fields + index + (4 * (1 + 2 * c.REST_CLASSES) + 1) * signed
+
+    section = spec_text.read_spec().split("## 13 Security")[1]
+    stated = [int(number) for number in re.findall(r"at\s+most\s+(\d{4})\b", section)]
+
+    assert stated == [motion + births, updates, sh_rest, survivors]
