@@ -167,7 +167,7 @@ class StreamDecoder:
             raise FrameOrderError(message)
         point = SeekPoint(chunk.offset, chunk.sequence, frame)
         if seek_target not in (None, point):  # [11.2-1] [11.2-4]
-            message = f"the index lists {seek_target}, but the chunk is {point}"
+            message = f"the index lists {seek_target}, but the stream has {point}"
             raise IndexMismatchError(message)
 
     def _push_frame(self, chunk: Chunk) -> FrameState:
@@ -195,6 +195,6 @@ class StreamDecoder:
         canonical_count = len(self._skipped_points) + len(self._points)
         expected = Tail(self._frame_count, canonical_count, self._index_offset)
         if self._is_complete and tail != expected:  # [5.8-1] [5.8-2]
-            message = f"TAIL states {tail}, but the stream has {expected}"
+            message = f"TAIL does not match the stream ({tail}; expected {expected})"
             raise TailMismatchError(message)
         self.tail = tail

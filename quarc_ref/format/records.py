@@ -284,6 +284,10 @@ class Tail:
     canonical_count: int
     index_offset: int
 
+    def __str__(self) -> str:
+        index = f"INDX at byte {self.index_offset}" if self.index_offset else "no INDX"
+        return f"frames: {self.frame_count}, canonical: {self.canonical_count}, {index}"
+
 
 @dataclass(frozen=True, slots=True)
 class SeekPoint:
@@ -298,3 +302,6 @@ class SeekPoint:
     offset: int
     sequence: int
     frame: int
+
+    def __str__(self) -> str:
+        return f"frame {self.frame} in chunk {self.sequence} at byte {self.offset}"

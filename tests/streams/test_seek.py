@@ -206,9 +206,20 @@ def test_an_index_that_does_not_end_at_the_tail_is_rejected():
         list(decode(body + indx + bytes(3) + tail, 22, 23))
 
 
+def test_the_message_about_a_wrong_seek_point_says_what_is_there():
+    point = SeekPoint(_INDEX[1].offset, _INDEX[1].sequence, 21)
+    data = _replace_index_and_tail([_INDEX[0], point, _INDEX[2]])
+    place = f"in chunk {point.sequence} at byte {point.offset}"
+
+    with pytest.raises(
+        IndexMismatchError, match=f"lists frame 21 {place}, .* has frame 20 {place}"
+    ):
+        list(decode(data, 22, 23))
+
+
 def test_decoding_from_a_seek_point_checks_the_tail():
     assert len(list(decode(_replace_index_and_tail(list(_INDEX)), 45))) == 15
-    with pytest.raises(TailMismatchError):
+    with pytest.raises(TailMismatchError, match=r"\(frames: 59, .* INDX at byte .* frames: 60,"):
         list(decode(_replace_index_and_tail(list(_INDEX), frame_count=59), 45))
     with pytest.raises(TailMismatchError):
         list(decode(_without_index()[:-40] + _tail(59, _CHUNKS[-2].sequence), 45))
