@@ -34,7 +34,8 @@ impl State {
     /// Append the newborn Gaussians of this frame (SPEC 7.6); after the motion and the updates.
     ///
     /// # Errors
-    /// `count-exceeds-level`, `parent-range`, `position-range`, `code-range`, `rotation-range`.
+    /// `count-exceeds-level`, `parent-range`, `position-range`, `code-range`, `rotation-range`;
+    /// `Encode`: the frame has not been moved, or the births have the wrong shape.
     pub fn bear(&mut self, births: &Births) -> Result<()> {
         let newborn = births.newborn.count();
         if newborn == 0 {

@@ -76,6 +76,7 @@ impl State {
             codes: Shared::new(narrow_codes(gaussians)?),
             motion: Shared::new(vec![Channels::default(); count]),
             departed: Vec::new(),
+            is_moved: true,
             recency: Shared::new(recency),
             anchors: None,
             moved: Shared::new(vec![false; count]),

@@ -77,6 +77,7 @@ impl State {
         let gone = choose_deaths(self.codes.row(OPACITY), death_count);
         self.remove(&gone, true);
         self.departed = gone;
+        self.is_moved = false;
         self.frame = frame;
         self.phase += 1;
         self.bind(before.as_deref());

@@ -45,6 +45,8 @@ pub struct State {
     /// Ascending indices in `motion` of the Gaussians that have died since it was computed, so that
     /// `begin_frame` does not have to copy it: only contexts read it until `move_by` replaces it.
     departed: Vec<u32>,
+    /// Whether the motion is that of this frame: `move_by` has been called since `begin_frame`.
+    is_moved: bool,
     /// Empty in streams without updates.
     recency: Shared<Vec<u8>>,
     /// `None` before the first sampling.

@@ -24,10 +24,9 @@ impl State {
         Err(not_begun())
     }
 
-    /// Check that no Gaussian has died since the motion was computed, or that `move_by` has
-    /// computed it again.
+    /// Check that `move_by` has been called since `begin_frame`.
     pub(super) fn require_moved(&self) -> Result<()> {
-        if self.motion.len() == self.ids.len() {
+        if self.is_moved {
             return Ok(());
         }
         Err(Error::Encode("move_by has not been called for this state".into()))
@@ -86,7 +85,9 @@ impl State {
         anchors.follow(&moves);
         let moving = |&level: &usize| moves[level].contains(&true);
         let levels: Vec<usize> = (0..moves.len()).filter(moving).collect();
-        self.displace(symbols, &levels)
+        self.displace(symbols, &levels)?;
+        self.is_moved = true;
+        Ok(())
     }
 }
 

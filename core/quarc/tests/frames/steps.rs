@@ -47,6 +47,11 @@ fn steps_in_the_wrong_order_are_rejected() {
     assert!(refused(state.bear(&Births { parents: vec![0, 0], ..births.clone() })));
     let short = Gaussians { codes: Vec::new(), ..births.newborn.clone() };
     assert!(refused(state.bear(&Births { newborn: short, ..births.clone() })));
+    assert!(refused(state.bear(&births)), "the Gaussians have not been moved");
+    assert!(refused(state.begin_frame(0)), "the frame has only begun");
+    let levels = state.anchors().expect("begun").levels();
+    let still: Vec<_> = levels.iter().map(|level| vec![[0; 8]; level.ids.len()]).collect();
+    state.move_by(&still).expect("no anchor moves");
     state.bear(&births).expect("a newborn");
     assert_eq!((state.count(), state.next_id()), (begun.count() + 1, begun.count() as u64 + 1));
     assert!(refused(state.move_by(&[])), "a newborn is not bound");
