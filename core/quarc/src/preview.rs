@@ -4,7 +4,7 @@
 //! of payload and state come last. It is therefore never returned as a frame, and errors in it are
 //! reported only when the chunk is complete.
 
-use crate::chunks::{ChunkHeader, CANO, CHUNK_HEADER_BYTES};
+use crate::chunks::{ChunkHeader, CANO};
 use crate::coding::canonical::CanonicalReader;
 use crate::coding::grid::Grid;
 use crate::error::{Error, Reject, Result};
@@ -46,7 +46,7 @@ impl Preview {
         if chunk.kind != CANO {
             return Ok(None);
         }
-        let begin = chunk.offset + CHUNK_HEADER_BYTES as u64;
+        let begin = chunk.payload_offset();
         let start = read(source, begin, CANONICAL_START_BYTES as u64)?;
         let start = parse_canonical_start(&start)?;
         let count = start.gaussian_count;
@@ -59,8 +59,8 @@ impl Preview {
             header: Arc::clone(header),
             frame: start.frame,
             offset: chunk.offset,
-            end: begin + u64::from(chunk.length),
-            place: begin + CANONICAL_START_BYTES as u64,
+            end: begin.saturating_add(chunk.length.into()),
+            place: begin.saturating_add(CANONICAL_START_BYTES as u64),
             reader: CanonicalReader::new(count as usize, grid, header.code_planes()),
         }))
     }

@@ -1,8 +1,9 @@
 //! Streams with random changes and corrected CRCs never cause a panic, and all ways of reading
 //! reject the same ones.
 
-use quarc::chunks::{build_chunk, HEAD, MAGIC, SYNC};
+use quarc::chunks::{build_chunk, ChunkHeader, CANO, HEAD, MAGIC, SYNC};
 use quarc::error::Error;
+use quarc::preview::Preview;
 use quarc::reader::{Chunk, ChunkReader};
 use quarc::recover::{Recovered, Recovery};
 use quarc::seek::SeekDecoder;
@@ -10,6 +11,7 @@ use quarc::stream::Decoder;
 use quarc::wire::parse_header;
 use std::fs;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 const STREAMS: [&str; 6] = [
     "journey",
@@ -173,4 +175,13 @@ fn a_payload_beyond_the_limit_of_this_decoder_is_declined_by_its_header() {
         let pulled = recovery.pull().map(drop);
         assert_eq!(matches!(pulled, Err(Error::Limit(_))), is_declined, "{length}: {pulled:?}");
     }
+}
+
+#[test]
+fn a_preview_at_the_greatest_offset_finds_no_bytes() {
+    let still = read("still");
+    let header = Arc::new(parse_header(&chunks(&still)[0].payload).expect("HEAD"));
+    let chunk = ChunkHeader { kind: CANO, sequence: 1, length: 100, offset: u64::MAX };
+    let id = Preview::new(&mut &still[..], &header, &chunk).err().and_then(|error| error.reject());
+    assert_eq!(id.map(quarc::error::Reject::id), Some("field"));
 }

@@ -41,8 +41,9 @@ pub fn blank(code_planes: usize, count: usize) -> Gaussians {
 /// Sort Gaussians into coding order and return their bounding box.
 ///
 /// # Errors
-/// `Encode`: they span 2^20 position steps or more.
+/// `Encode`: they span 2^20 position steps or more, or the planes differ in length.
 pub fn sort(gaussians: &Gaussians) -> Result<(Grid, Gaussians)> {
+    require_even(gaussians, gaussians.codes.len())?;
     let wide = || Error::Encode(format!("positions are 2^{AXIS_BITS_LIMIT} steps or more apart"));
     let grid = Grid::around(&gaussians.positions).ok_or_else(wide)?;
     let order = order_of(&grid.keys(&gaussians.positions));
@@ -74,7 +75,8 @@ pub fn take(gaussians: &Gaussians, which: &[u32]) -> Gaussians {
 /// Encode Gaussians that are in the order of [`sort`].
 ///
 /// # Errors
-/// `Encode`: two colors of a Gaussian differ by too much, or the Gaussians are not in order.
+/// `Encode`: two colors of a Gaussian differ by too much, or the Gaussians are not in order or not
+/// in the box.
 pub fn write_canonical(gaussians: &Gaussians, grid: Grid) -> Result<[Section; 6]> {
     require_writable(gaussians)?;
     let keys = grid.keys(&gaussians.positions);

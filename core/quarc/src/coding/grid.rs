@@ -41,7 +41,8 @@ impl Grid {
             let mut offsets = row.iter().map(|&number| i64::from(number) - i64::from(origin));
             offsets.all(|offset| (0..1 << self.axis_bits).contains(&offset))
         };
-        positions.iter().zip(&self.origin).all(within)
+        u32::from(self.axis_bits) <= AXIS_BITS_LIMIT
+            && positions.iter().zip(&self.origin).all(within)
     }
 
     /// The Morton key of a position inside the box.

@@ -1,6 +1,8 @@
 //! Snapshots, which are canonical frames coded against an earlier one: SPEC 7.9.
 
-use super::canonical::{order_of, read_canonical, require_writable, sort, take, write_canonical};
+use super::canonical::{
+    order_of, read_canonical, require_even, require_writable, sort, take, write_canonical,
+};
 use super::grid::Grid;
 use super::survivors::{can_survive, read_survivors, write_survivors};
 use crate::error::{Error, Reject, Result};
@@ -37,6 +39,7 @@ pub fn write_snapshot(
     canonical_indices: &[i32],
 ) -> Result<CodedSnapshot> {
     require_writable(gaussians)?;
+    require_even(canonical, gaussians.codes.len())?;
     let (survivors, newborn) = part(canonical, gaussians, canonical_indices)?;
     let kept: Vec<u32> =
         survivors.iter().map(|&place| canonical_indices[place as usize] as u32).collect();
@@ -57,9 +60,7 @@ fn part(
 ) -> Result<(Vec<u32>, Vec<u32>)> {
     let unfit =
         || Error::Encode("a survivor is not in the canonical frame, or occurs twice".into());
-    if canonical_indices.len() != gaussians.count()
-        || gaussians.codes.len() != canonical.codes.len()
-    {
+    if canonical_indices.len() != gaussians.count() {
         return Err(unfit());
     }
     let survives = |&place: &u32| {

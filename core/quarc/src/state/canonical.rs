@@ -43,9 +43,7 @@ impl State {
         chunk: &SnapshotChunk,
         canonical: &Gaussians,
     ) -> Result<(State, Vec<i32>)> {
-        if canonical.codes.len() != header.code_planes() {
-            return Err(Error::Encode("the canonical frame is not of this stream".into()));
-        }
+        require_even(canonical, header.code_planes())?;
         require_gaussians(header, u64::from(chunk.newborn_count))?;
         let (gaussians, canonical_indices) = read_snapshot(chunk, canonical, |count| {
             // [7.9-3]

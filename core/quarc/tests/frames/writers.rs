@@ -1,9 +1,9 @@
 //! Decoded frames are encoded again: to the same sections if the same encoder wrote them.
 
 use crate::known::{read_json, suite_file, Json};
-use crate::streams::chunks;
-use quarc::chunks::{CANO, FRAM, SNAP};
-use quarc::coding::canonical::{sort, write_canonical};
+use crate::streams::{chunks, vectors};
+use quarc::chunks::{CANO, FRAM, HEAD, SNAP};
+use quarc::coding::canonical::{blank, sort, write_canonical};
 use quarc::coding::grid::Grid;
 use quarc::coding::snapshot::{read_snapshot, write_snapshot, CodedSnapshot};
 use quarc::error::{Error, Result};
@@ -121,4 +121,27 @@ fn streams_of_other_encoders_decode_the_same_after_rewriting() {
         }
     }
     assert!(rewritten > 300, "{rewritten} frames");
+}
+
+#[test]
+fn planes_of_different_lengths_and_wide_boxes_are_refused() {
+    let (_, stream, _) = vectors("streams/snapshots-journey").remove(0);
+    let (mut snapshot, mut head) = (None, None);
+    for (kind, payload) in chunks(&stream) {
+        match kind {
+            HEAD => head = Some(Arc::new(parse_header(payload).expect("HEAD"))),
+            SNAP => snapshot = Some(parse_snapshot(payload).expect("a snapshot")),
+            _ => {}
+        }
+    }
+    let (head, snapshot) = (head.expect("HEAD"), snapshot.expect("a snapshot"));
+    let even = blank(head.code_planes(), 12);
+    let mut short = even.clone();
+    short.codes[5].pop();
+    let is_refused = |error: Option<Error>| matches!(error, Some(Error::Encode(_)));
+    assert!(is_refused(sort(&short).err()));
+    assert!(is_refused(write_snapshot(&short, &even, &[0; 12]).err()));
+    assert!(is_refused(State::snapshot(&head, &snapshot, &short).err()));
+    let wide = Grid { origin: [0; 3], axis_bits: 64 };
+    assert!(is_refused(write_canonical(&even, wide).err()));
 }
