@@ -56,7 +56,7 @@ impl Summary {
 
     fn add(&mut self, chunk: &Chunk) -> Result<(), Error> {
         let payload = &chunk.payload;
-        let updates = self.header.as_ref().map_or(false, |header| header.updates);
+        let updates = self.header.as_ref().is_some_and(|header| header.updates);
         let mut frame = None;
         match chunk.header.kind {
             HEAD => self.header = Some(wire::parse_header(payload)?),
