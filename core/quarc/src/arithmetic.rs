@@ -9,13 +9,6 @@ pub const fn divide_round(n: i64, d: i64) -> i64 {
     with_sign_of(n, ((2 * n.unsigned_abs() + divisor) / (2 * divisor)) as i64)
 }
 
-/// Divide by 2^`bits`, with the rounding of [`divide_round`].
-#[must_use]
-pub const fn shift_round(n: i64, bits: u32) -> i64 {
-    // A half is rounded up, but away from 0, that is down, if n is negative.
-    (n + (1 << (bits - 1)) + (n >> (i64::BITS - 1))) >> bits
-}
-
 /// Negate `magnitude` if `n` is negative. Branch-free, because signs are unpredictable.
 const fn with_sign_of(n: i64, magnitude: i64) -> i64 {
     let sign = n >> (i64::BITS - 1);

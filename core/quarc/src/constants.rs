@@ -1,8 +1,8 @@
 //! Constants of the format for all streams: SPEC 3.
 
-/// The major version of the format that this crate reads (SPEC 3.1).
+/// The major version of the format that this crate reads and writes (SPEC 3.1).
 pub const VERSION_MAJOR: u8 = 1;
-/// See [`VERSION_MAJOR`].
+/// The greatest minor version that it writes; it reads all of them.
 pub const VERSION_MINOR: u8 = 1;
 
 /// Maximum magnitude of a coordinate, in lattice units (SPEC 3.1).

@@ -29,7 +29,8 @@ const DIFFERENCES: Sequence =
 
 /// Encode which Gaussians of a CANO survive (`kept`, ascending) and their current values.
 ///
-/// [`can_survive`] must hold for each of them.
+/// # Panics
+/// If [`can_survive`] does not hold for one of them.
 #[must_use]
 pub fn write_survivors(canonical: &Gaussians, kept: &[u32], survivors: &Gaussians) -> Section {
     let mut lives = vec![false; canonical.count()];

@@ -1,7 +1,7 @@
 //! HEAD: SPEC 5.3 and 12.
 
 use super::fields::{rejected, within, Fields, Payload};
-use crate::constants::{Level, LEVEL_COUNT_LIMIT, VERSION_MAJOR};
+use crate::constants::{Level, LEVEL_COUNT_LIMIT, VERSION_MAJOR, VERSION_MINOR};
 use crate::error::{Error, Reject, Result};
 use crate::records::Header;
 
@@ -111,7 +111,7 @@ fn write_features(payload: &mut Payload, header: &Header) {
         features |= FEATURE_SNAPSHOTS;
     }
     payload.u8(VERSION_MAJOR);
-    payload.u8((features != 0).into());
+    payload.u8(if features == 0 { 0 } else { VERSION_MINOR });
     payload.u32(features);
     payload.u32(0);
 }

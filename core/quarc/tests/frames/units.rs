@@ -1,7 +1,7 @@
 //! The building blocks against the unit vectors of `conformance/unit`.
 
 use crate::known::{read_json, Json};
-use quarc::arithmetic::{bit_length, divide_round, isqrt, shift_round, Divisor};
+use quarc::arithmetic::{bit_length, divide_round, isqrt, Divisor};
 use quarc::coding::counts::{Counts, Model, Seen};
 use quarc::coding::numbers::{code_ascending, code_numbers};
 use quarc::coding::planes::PlaneReader;
@@ -84,7 +84,6 @@ fn quotients_near_a_half_are_rounded_correctly() {
                 for n in [quotient * divisor + near, -(quotient * divisor + near)] {
                     let due = divide_round(n, divisor);
                     assert_eq!(Divisor::new(divisor).divide_round(n), due, "{n} / {divisor}");
-                    assert_eq!(shift_round(n, 22), divide_round(n, 1 << 22), "{n}");
                 }
             }
         }
