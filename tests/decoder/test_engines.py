@@ -7,6 +7,8 @@ from quarc_ref.decoder.engine import FAST, REFERENCE
 from quarc_ref.decoder.reference_engine import ReferenceEngine
 from quarc_ref.format.errors import EnvironmentVariableError
 from tests.engines import needs_fast
+from tests.small_streams import make_gaussians
+from tests.strategies import StreamHeader
 
 
 @needs_fast
@@ -38,3 +40,15 @@ def test_a_missing_fast_engine_is_replaced_unless_it_is_requested(monkeypatch):
     monkeypatch.setenv("QUARC_REF_ENGINE", FAST)
     with pytest.raises(EnvironmentVariableError, match="quarc_core is not installed"):
         engines.choose_engine()
+
+
+@needs_fast
+def test_the_fast_engine_makes_empty_floats_without_gaussians():
+    header = StreamHeader(sh_degree=1)
+    with engines.use_engine(FAST):
+        engine = engines.choose_engine()
+
+    splats = engine.make_dequantizer()(engine.begin_canonical(header, 0, make_gaussians(header, 0)))
+
+    assert splats.positions.shape == (0, 3)
+    assert splats.sh.shape == (0, 4, 3)

@@ -43,6 +43,7 @@ impl Dequantizer {
             taken
         });
         let (splats, count) = (made.splats(), state.count());
+        let coefficients = (state.header().code_planes() - 4) / 3;
         let rows = |numbers: &[f32], width: usize| {
             arrays::look_at(py, made.clone(), numbers)?.reshape([count, width])
         };
@@ -51,11 +52,7 @@ impl Dequantizer {
             rows(&splats.rotations, 4)?,
             rows(&splats.log_scales, 3)?,
             arrays::look_at(py, made.clone(), &splats.opacities)?,
-            arrays::look_at(py, made.clone(), &splats.sh)?.reshape([
-                count,
-                splats.sh.len() / (3 * count),
-                3,
-            ])?,
+            arrays::look_at(py, made.clone(), &splats.sh)?.reshape([count, coefficients, 3])?,
         ))
     }
 }
