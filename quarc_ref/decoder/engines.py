@@ -31,7 +31,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
         raise EnvironmentVariableError(message)
     make_fast_engine = None if engine_name == REFERENCE else find_fast_engine()
     if make_fast_engine is None and engine_name == FAST:
-        message = "QUARC_REF_ENGINE is 'fast', but quarc_core is not installed: see core/README.md"
+        message = f"QUARC_REF_ENGINE is 'fast', but {_explain_missing()}: see core/README.md"
         raise EnvironmentVariableError(message)
     return make_fast_engine(threads) if make_fast_engine else ReferenceEngine()
 
@@ -50,11 +50,21 @@ def use_engine(engine_name: str) -> Iterator[None]:
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
     """Return the function that makes a fast engine; None if no fast engine is installed."""
     try:
-        module = import_module("quarc_ref.decoder.fast_engine")
+        module = import_module(_FAST_ENGINE_MODULE)
     except ImportError:
         return None
     make_engine: Callable[[int], Engine[Any]] = module.FastEngine
     return make_engine
+
+
+def _explain_missing() -> str:
+    """Return why there is no fast engine: quarc_core may be installed, but for another Python."""
+    try:
+        import_module(_FAST_ENGINE_MODULE)
+    except ImportError as error:
+        if not isinstance(error, ModuleNotFoundError):
+            return f"quarc_core cannot be imported ({error})"
+    return "quarc_core is not installed"
 
 
 def would_benefit_from_fast_engine() -> bool:
@@ -65,5 +75,6 @@ def would_benefit_from_fast_engine() -> bool:
     )
 
 
+_FAST_ENGINE_MODULE = "quarc_ref.decoder.fast_engine"
 _LARGE_SCENE_GAUSSIAN_COUNT = 1 << 13
 _engine: ContextVar[str | None] = ContextVar("engine", default=None)

@@ -1,5 +1,7 @@
 """The engine is the chosen one, so that comparisons of the engines do compare two engines."""
 
+import sys
+
 import pytest
 
 from quarc_ref.decoder import engines
@@ -52,3 +54,15 @@ def test_the_fast_engine_makes_empty_floats_without_gaussians():
 
     assert splats.positions.shape == (0, 3)
     assert splats.sh.shape == (0, 4, 3)
+
+
+def test_a_fast_engine_that_cannot_be_imported_is_named_with_the_reason(monkeypatch, tmp_path):
+    (tmp_path / "quarc_core.py").write_text("raise ImportError('built for another Python')")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.delitem(sys.modules, "quarc_core", raising=False)
+    monkeypatch.delitem(sys.modules, "quarc_ref.decoder.fast_engine", raising=False)
+    monkeypatch.setattr(engines, "find_fast_engine", engines.find_fast_engine.__wrapped__)
+    monkeypatch.setenv("QUARC_REF_ENGINE", FAST)
+
+    with pytest.raises(EnvironmentVariableError, match="built for another Python"):
+        engines.choose_engine()
