@@ -160,7 +160,7 @@ $(READY): pyproject.toml $(LOCKS)
 # The extension is built for this machine: AVX2 saves a tenth of the time per frame.
 VECTORS := $(shell /lib64/ld-linux-x86-64.so.2 --help 2>/dev/null | grep -q 'x86-64-v3 .supported' && echo -Ctarget-cpu=x86-64-v3)
 
-$(CORE): $(READY) $(shell find core -name '*.rs' -not -path '*/target/*') core/Cargo.toml core/Cargo.lock core/pyproject.toml
+$(CORE): $(READY) $(shell find core -not -path '*/target/*' \( -name '*.rs' -o -name 'Cargo.*' -o -name pyproject.toml \))
 	@if command -v cargo >/dev/null; then \
 	  RUSTFLAGS="$$RUSTFLAGS $(VECTORS)" $(PIP_INSTALL) ./core || echo "quarc_core could not be built: the reference engine decodes"; \
 	else echo "cargo is not installed: without quarc_core, large scenes decode many times slower (core/README.md)"; fi
