@@ -71,8 +71,8 @@ fn read_verb(parser: &mut lexopt::Parser) -> Result<Task, lexopt::Error> {
             Short('o') | Long("output") if verb == "decode" => {
                 found.folder = Some(parser.value()?.into());
             }
-            Long("start") if verb == "decode" => found.start = parser.value()?.parse()?,
-            Long("stop") if verb == "decode" => found.stop = Some(parser.value()?.parse()?),
+            Long("start") if verb == "decode" => found.start = read_frame(parser, "--start")?,
+            Long("stop") if verb == "decode" => found.stop = Some(read_frame(parser, "--stop")?),
             Long("recover") if verb == "decode" => found.recover = true,
             Long("jobs") if verb == "conformance" => found.ask = Ask::Jobs,
             Long("capabilities") if verb == "conformance" => found.ask = Ask::Capabilities,
@@ -83,6 +83,11 @@ fn read_verb(parser: &mut lexopt::Parser) -> Result<Task, lexopt::Error> {
         }
     }
     found.into_task(&verb)
+}
+
+/// The frame that an option names.
+fn read_frame(parser: &mut lexopt::Parser, option: &str) -> Result<u32, lexopt::Error> {
+    parser.value()?.parse().map_err(|error| format!("{option}: {error}").into())
 }
 
 #[derive(Default)]

@@ -75,6 +75,7 @@ fn failures_are_one_line_and_an_exit_status() {
     assert_fails(&quarc(&["dance", "a"]), 2, "unknown command");
     assert_fails(&quarc(&["decode", "a", "-o", ""]), 2, "decode needs -o and the name of a folder");
     assert_fails(&quarc(&["verify", "a", "b"]), 2, "unexpected argument");
+    assert_fails(&quarc(&["decode", "a", "-o", "b", "--stop", "-1"]), 2, "--stop: ");
     let large = stream("journey").with_file_name("../resource/gaussians.quarc");
     assert_fails(&quarc(&["verify".as_ref(), large.as_os_str()]), 3, "exceed this decoder");
 }
