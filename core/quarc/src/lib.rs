@@ -8,6 +8,9 @@
 //!   [`Source`](source::Source) with random access, such as a file
 //! - [`Recovery`](recover::Recovery): the intact frames of a damaged stream, and its gaps
 //!
+//! To write a stream, see [`writer`]: encoders take the same [`State`](state::State) from frame to
+//! frame as decoders.
+//!
 //! With the feature `threads`, a call within a rayon pool uses the threads of the pool.
 //!
 //! The modules follow the order of SPEC. Comments name the clause that a line implements, such as

@@ -2,6 +2,47 @@
 //!
 //! The writer maintains sequence numbers, seek points and totals; the caller is responsible for the
 //! payloads. Every method returns the bytes to be appended to the stream.
+//!
+//! ```
+//! use quarc::chunks::CANO;
+//! use quarc::coding::canonical::{blank, sort, write_canonical};
+//! use quarc::records::CanonicalChunk;
+//! use quarc::state::State;
+//! use quarc::stream::Decoder;
+//! use quarc::wire::build_canonical;
+//! use quarc::writer::StreamWriter;
+//!
+//! // The parameters of another stream.
+//! let mut decoder = Decoder::new();
+//! decoder.push(&std::fs::read("../../conformance/streams/journey.quarc")?);
+//! decoder.pull()?;
+//! let header = decoder.header().expect("a stream with a frame").clone();
+//!
+//! // A frame of two Gaussians, as integers; floats are rounded to the steps of the header.
+//! let mut gaussians = blank(header.code_planes(), 2);
+//! gaussians.positions[0] = vec![30, -20];
+//! let (grid, gaussians) = sort(&gaussians)?;
+//! let state = State::begin(&header, 0, &gaussians)?;
+//! let frame = CanonicalChunk {
+//!     frame: 0,
+//!     gaussian_count: 2,
+//!     origin: grid.origin,
+//!     axis_bits: grid.axis_bits,
+//!     sections: write_canonical(&gaussians, grid)?,
+//!     state_crc: state.state_crc(),
+//! };
+//! let (mut writer, mut stream) = StreamWriter::new(&header)?;
+//! stream.extend(writer.write(CANO, &build_canonical(&frame)?)?);
+//! stream.extend(writer.finish()?);
+//!
+//! let mut decoder = Decoder::new();
+//! decoder.push(&stream);
+//! assert_eq!(decoder.pull()?.map(State::digest), Some(state.digest()));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! The frames that follow are changes of the state, in the steps of [`state`](crate::state). Their
+//! sections are fields of a [`FrameChunk`](crate::records::FrameChunk).
 
 use crate::chunks::{
     build_chunk, is_canonical, is_frame, kind_name, Kind, HEAD, INDX, MAGIC, TAIL,

@@ -45,6 +45,23 @@ pub enum Recovered<'a> {
 /// After damage, decoding continues at the next CANO with correct CRCs, or at a snapshot coded
 /// against a CANO that was decoded. Damaged ancillary chunks are skipped alone. The decoder derefs
 /// to its [`StateDecoder`], which has the other information on the stream.
+///
+/// ```
+/// use quarc::recover::{Recovered, Recovery};
+///
+/// let mut stream = std::fs::read("../../conformance/streams/journey.quarc")?;
+/// stream[1000] ^= 1;
+/// let mut recovery = Recovery::new(&stream[..])?;
+/// let (mut frames, mut lost) = (Vec::new(), Vec::new());
+/// while let Some(found) = recovery.pull()? {
+///     match found {
+///         Recovered::Frame(state) => frames.push(state.frame_ordinal()),
+///         Recovered::Gap(gap) => lost.push(gap.frames_lost),
+///     }
+/// }
+/// assert_eq!((frames, lost), (vec![0, 1, 2, 6, 7, 8], vec![Some(3)]));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Recovery<S> {
     reader: ChunkReader<S>,

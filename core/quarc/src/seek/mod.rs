@@ -20,6 +20,20 @@ use std::ops::Deref;
 /// Decodes the frames of a stream from a given one on, and reads only the necessary parts of what
 /// precedes it. The decoder derefs to its [`StateDecoder`], which has the other information on the
 /// stream.
+///
+/// ```
+/// use quarc::seek::SeekDecoder;
+/// use quarc::source::IoSource;
+///
+/// let file = std::fs::File::open("../../conformance/streams/journey.quarc")?;
+/// let mut decoder = SeekDecoder::new(IoSource(file), 7)?;
+/// let mut frames = Vec::new();
+/// while let Some(state) = decoder.pull()? {
+///     frames.push((state.frame_ordinal(), state.count()));
+/// }
+/// assert_eq!(frames, [(7, 12), (8, 13)]);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct SeekDecoder<S> {
     reader: ChunkReader<S>,

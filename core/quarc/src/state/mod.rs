@@ -6,7 +6,9 @@
 //!         (7.4)          (7.5)      (7.8)    (7.6)
 //! ```
 //!
-//! An encoder calls the same steps with its own symbols, updates and births.
+//! An encoder calls the same steps with its own symbols, updates and births. Before each step, a
+//! `write` method encodes them, and the `read` method must decode the section again: only reading
+//! adapts the contexts of the next frame (SPEC 8.2).
 
 mod births; // SPEC 7.6
 mod canonical; // SPEC 7.2, 7.9
