@@ -271,7 +271,10 @@ class Decoder {
 
   #check(status) {
     if (status >= 0) return status;
-    if (status === STATUS.MISUSE) throw new Error("invalid call");
+    if (status === STATUS.MISUSE) {
+      const closed = this.#handle === 0 && "the decoder is closed";
+      throw new Error(`invalid call: ${closed || "there is no state now, or finish() was called"}`);
+    }
     const message = this.#quarc.text(this.#functions.quarc_message(this.#handle));
     const rejectId = this.#quarc.text(this.#functions.quarc_reject_id(this.#handle));
     throw new QuarcError(message ?? "the decoder is broken", rejectId);

@@ -150,6 +150,7 @@ test("seeking returns frames, and recovery reports gaps", async () => {
 
 test("errors have their reject id, and a closed decoder cannot be used", async () => {
   const decoder = (await load()).open();
+  assert.throws(() => decoder.digest(), /invalid call: there is no state now/);
   decoder.push(read("journey").subarray(0, -1));
   decoder.finish();
   const isCut = (error) => error instanceof QuarcError && error.rejectId === "truncated";
@@ -157,7 +158,7 @@ test("errors have their reject id, and a closed decoder cannot be used", async (
   assert.throws(() => decoder.pull(), isCut);
   decoder.close();
   decoder.close();
-  assert.throws(() => decoder.pull(), /invalid call/);
+  assert.throws(() => decoder.pull(), /invalid call: the decoder is closed/);
 });
 
 test("the answers to malformed jobs are a message and a status", () => {
