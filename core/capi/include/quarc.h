@@ -33,7 +33,8 @@
 // From `quarc_pull`, in recovery: a part of the stream is missing here.
 #define QUARC_GAP 2
 
-// From `quarc_pull`: the stream has ended, and except in recovery, all its checks passed.
+// From `quarc_pull`: the stream has ended. Except in recovery, all frames that it returned, and all
+// chunks after them, passed their checks.
 #define QUARC_END 3
 
 // The bytes are not a valid stream: `quarc_reject_id` says which rule they break.

@@ -30,7 +30,8 @@ pub const QUARC_OK: i32 = 0;
 pub const QUARC_FRAME: i32 = 1;
 /// From `quarc_pull`, in recovery: a part of the stream is missing here.
 pub const QUARC_GAP: i32 = 2;
-/// From `quarc_pull`: the stream has ended, and except in recovery, all its checks passed.
+/// From `quarc_pull`: the stream has ended. Except in recovery, all frames that it returned, and all
+/// chunks after them, passed their checks.
 pub const QUARC_END: i32 = 3;
 /// The bytes are not a valid stream: `quarc_reject_id` says which rule they break.
 pub const QUARC_REJECTED: i32 = -1;
