@@ -13,6 +13,7 @@ from torch import Tensor
 
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import LOW_PASS, NEAR_FRACTION
+from quarc_ref.rendering.constants_on_device import make_constant
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
 
 
@@ -44,19 +45,15 @@ class GsplatRasterizer:
 
     def render(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Rendering:
         """See `Rasterizer.render`; `means2d` is `[1, N, 2]`."""
-        device = gaussians.means.device
-        world_to_camera = torch.eye(4, device=device)
-        world_to_camera[:3, :3] = torch.tensor(camera.rotation, device=device).reshape(3, 3)
-        world_to_camera[:3, 3] = torch.tensor(camera.translation, device=device)
-        intrinsics = [[camera.fx, 0.0, camera.cx], [0.0, camera.fy, camera.cy], [0.0, 0.0, 1.0]]
+        world_to_camera, intrinsics = _make_matrices(camera, gaussians.means.device)
         colors, alphas, metadata = self._rasterization(
             gaussians.means,
             gaussians.quaternions,
             gaussians.scales,
             gaussians.opacities,
             gaussians.sh,
-            world_to_camera[None],
-            torch.tensor(intrinsics, device=device)[None],
+            world_to_camera,
+            intrinsics,
             camera.width,
             camera.height,
             near_plane=NEAR_FRACTION * camera.near,
@@ -72,6 +69,17 @@ class GsplatRasterizer:
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.render_backdrop`."""
         return JoinedBackdrop(self, gaussians, camera, background)
+
+
+def _make_matrices(camera: Camera, device: torch.device) -> tuple[Tensor, Tensor]:
+    """Return the pose `[1, 4, 4]` and the intrinsics `[1, 3, 3]` of a camera."""
+    rotation, (x, y, z) = camera.rotation, camera.translation
+    pose = (*rotation[:3], x, *rotation[3:6], y, *rotation[6:], z, 0.0, 0.0, 0.0, 1.0)
+    intrinsics = (camera.fx, 0.0, camera.cx, 0.0, camera.fy, camera.cy, 0.0, 0.0, 1.0)
+    return (
+        make_constant(pose, device, torch.float32).reshape(1, 4, 4),
+        make_constant(intrinsics, device, torch.float32).reshape(1, 3, 3),
+    )
 
 
 def _has_kernels() -> bool:

@@ -12,6 +12,7 @@ import torch
 from torch import Tensor
 
 from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.constants_on_device import make_constant
 from quarc_ref.rendering.pictures import MAX_OPACITY
 
 
@@ -136,5 +137,6 @@ def activate_opacities(logits: Tensor) -> Tensor:
 
 def convert_gradient_to_ndc(gradient: Tensor, camera: Camera) -> Tensor:
     """Convert the gradient of `means2d` from pixels to NDC, the unit of 3DGS thresholds."""
-    half_size = gradient.new_tensor([camera.width / 2, camera.height / 2])
+    size = (camera.width / 2, camera.height / 2)
+    half_size = make_constant(size, gradient.device, gradient.dtype)
     return gradient.reshape(-1, 2) * half_size

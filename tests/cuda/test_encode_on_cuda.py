@@ -7,6 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
+from torch import Tensor
+from torch.overrides import TorchFunctionMode
 
 from quarc_ref.decoder import dequantize
 from quarc_ref.encoder import EncodeOptions, description, encode
@@ -120,6 +122,54 @@ def test_an_interrupted_encode_on_cuda_resumes_to_the_same_bytes(tmp_path, monke
 @pytest.mark.thorough
 def test_an_encode_on_cuda_is_forecast():
     assert forecast(make_capture(2), _MAIN, device="cuda").seconds > 0
+
+
+def test_the_encoder_does_not_wait_for_the_gpu_in_an_iteration(monkeypatch):
+    rasterize, counter = simulated_gsplat.rasterization, _WaitCounter()
+
+    def rasterize_uncounted(*args, **kwargs):
+        waits = list(counter.waits)
+        results = rasterize(*args, **kwargs)
+        counter.waits = waits
+        return results
+
+    monkeypatch.setattr(simulated_gsplat, "rasterization", rasterize_uncounted)
+    with counter:
+        encode(make_capture(3), io.BytesIO(), EncodeOptions(_MAIN, device="cuda", progress=counter))
+
+    assert counter.last_waits == {"motion": [], "births": []}
+
+
+_WAITING = (
+    torch.tensor, Tensor.new_tensor, Tensor.cpu, Tensor.tolist, Tensor.item, Tensor.nonzero,
+    torch.nonzero, Tensor.__bool__, Tensor.__int__, Tensor.__float__,
+)  # fmt: skip
+
+
+class _WaitCounter(TorchFunctionMode):
+    """Progress that lists the operations in the last iteration of a stage that wait for a GPU."""
+
+    def __init__(self):
+        super().__init__()
+        self.last_waits, self.waits = {}, []
+
+    def __torch_function__(self, func, types, args=(), kwargs=None):
+        result = func(*args, **(kwargs or {}))
+        first, has_moved = args[0], False
+        if func is Tensor.to:
+            has_moved = isinstance(first, CudaTensor) != isinstance(result, CudaTensor)
+        elif func is Tensor.__getitem__:
+            has_moved = isinstance(args[1], CudaTensor) and args[1].dtype == torch.bool
+        elif func in _WAITING:
+            has_moved = isinstance(first, CudaTensor) or isinstance(result, CudaTensor)
+        if has_moved:
+            self.waits.append(func.__name__)
+        return result
+
+    def advance(self, stage, _done, _total):
+        if stage in ("motion", "births"):
+            self.last_waits[stage] = self.waits
+        self.waits = []
 
 
 class _Interrupt:

@@ -67,6 +67,7 @@ class TrainedUpdates:
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
         self._is_selected = torch.ones(gaussian_count, dtype=torch.bool, device=device)
+        self._selected_rows = torch.arange(gaussian_count, device=device)
         self.leaf = torch.zeros((gaussian_count, RESIDUAL_ROWS), device=device, requires_grad=True)
 
     def learning_rate(self, decay: float) -> float:
@@ -84,7 +85,7 @@ class TrainedUpdates:
         Residuals that reduce the loss too little become 0, even beside large residuals of the same
         Gaussian. In a norm of all its residuals, they would cost almost nothing.
         """
-        rate = self.leaf[self._is_selected].abs().log1p().sum() / self.leaf.shape[0]
+        rate = self.leaf[self._selected_rows].abs().log1p().sum() / self.leaf.shape[0]
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
     def select(
@@ -114,6 +115,7 @@ class TrainedUpdates:
             gains = -0.5 * (mean_gradient * self._quantized()).sum(dim=1)
             min_gain = self._rd.scale_relative(self._settings.min_gain) / gains.numel()
             self._is_selected = gains > min_gain
+            self._selected_rows = torch.nonzero(self._is_selected)[:, 0]  # waits for a GPU
 
     def quantized_updates(self, attributes: Attributes) -> Updates:
         """Return the quantized updates of a frame.

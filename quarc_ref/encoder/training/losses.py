@@ -17,10 +17,12 @@ from torch.autograd.function import once_differentiable
 from torch.utils.weak import WeakTensorKeyDictionary
 
 from quarc_ref.rendering import ssim_kernels
+from quarc_ref.rendering.constants_on_device import make_constant
 from quarc_ref.rendering.pipeline import KERNEL_LOCK
 
 _C1 = 0.01**2
 _C2 = 0.03**2
+_WINDOW = tuple(ssim_kernels.WINDOW.tolist())
 _MOMENT_CACHE = WeakTensorKeyDictionary()
 _TORCH_MOMENT_CACHE = WeakTensorKeyDictionary()
 
@@ -107,7 +109,7 @@ def _blur_moments(planes: Tensor) -> tuple[Tensor, Tensor]:
 def _blur(planes: Tensor) -> Tensor:
     """Filter planes `[C, H, W]` with the window of SSIM, along y and then along x."""
     count, radius = planes.shape[0], ssim_kernels.RADIUS
-    taps = planes.new_tensor(ssim_kernels.WINDOW)
+    taps = make_constant(_WINDOW, planes.device, planes.dtype)
     column, row = taps.reshape(1, 1, -1, 1), taps.reshape(1, 1, 1, -1)
     blurred = planes[None]
     for window, padding in ((column, (radius, 0)), (row, (0, radius))):

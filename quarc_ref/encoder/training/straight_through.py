@@ -12,6 +12,10 @@ import torch
 from torch import Tensor
 
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.rendering.constants_on_device import make_constant
+
+# Row k: component k of a quaternion, then the others in order.
+_ORDER_TABLE = (0, 1, 2, 3, 1, 0, 2, 3, 2, 0, 1, 3, 3, 0, 1, 2)
 
 _rounding_enabled = ContextVar("rounds", default=True)
 
@@ -93,7 +97,5 @@ def translation_step(header: StreamHeader) -> float:
 
 def _component_order(largest_indices: Tensor) -> Tensor:
     """Return `[N, 4]` component indices: the largest component, then the others in order."""
-    order_table = largest_indices.new_tensor(
-        [[0, 1, 2, 3], [1, 0, 2, 3], [2, 0, 1, 3], [3, 0, 1, 2]]
-    )
-    return order_table[largest_indices]
+    order_table = make_constant(_ORDER_TABLE, largest_indices.device, largest_indices.dtype)
+    return order_table.reshape(4, 4)[largest_indices]
