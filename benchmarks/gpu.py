@@ -5,7 +5,8 @@
 
 The first form writes a table to `gpu.md` and `gpu.json` in DIR after every step, so an interrupted
 run leaves the rows of all completed steps there. If a step fails or takes too long, its row states
-the reason. `--dry-run` runs all steps on the CPU with tiny sizes.
+the reason, and its output is kept in DIR, in a file such as `frame_0.log`. `--dry-run` runs all
+steps on the CPU with tiny sizes.
 
 If the GPU machine lacks packages and has no network, run the second form on another machine: it
 downloads the wheels for the given Python version, which must be that of the GPU machine. Copy the

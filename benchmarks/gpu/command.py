@@ -81,7 +81,7 @@ def _run_all(options: argparse.Namespace) -> int:
         folder = Path(folder_name)
         try:
             packages = _install_packages(options.wheels, rows)
-            environment = StepEnvironment(folder, options.dry_run, packages)
+            environment = StepEnvironment(folder, options.out, options.dry_run, packages)
             for step, time_limit in allot_time(STEPS, 60 * options.minutes):
                 run_step(step, time_limit, environment, rows)
                 write_tables(rows, options.out)

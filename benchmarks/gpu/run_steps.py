@@ -23,11 +23,13 @@ class StepEnvironment:
 
     Attributes:
         folder: Folder that all steps share for their files.
+        results: Folder for the logs of failed steps.
         is_dry_run: Whether to run on the CPU with tiny sizes.
         packages: Folder of packages installed from wheels; None without `--wheels`.
     """
 
     folder: Path
+    results: Path
     is_dry_run: bool
     packages: Path | None
 
@@ -35,23 +37,31 @@ class StepEnvironment:
 def run_step(step: Step, time_limit: float, environment: StepEnvironment, rows: list[Row]) -> None:
     """Run a step; append its rows, and a row that states how the step ended.
 
+    The output of the step is kept as a log file if the step failed, or one of its rows does not
+    hold.
+
     Args:
         step: Step to run.
         time_limit: Time limit in seconds.
         environment: Folder and options of all steps.
         rows: List to which rows are appended, even if the run is interrupted.
     """
+    log = environment.results / make_file_name(step, "log")
+    log.unlink(missing_ok=True)
     row_log = RowLog(environment.folder / make_file_name(step, "jsonl"))
     start, failure = time.monotonic(), "interrupted"
     try:
         failure = (
             "no time is left"
             if time_limit < _MIN_STEP_SECONDS
-            else _run_process(step, time_limit, environment)
+            else _run_process(_make_command(step, environment), time_limit, environment, log)
         )
     finally:
         step_rows, progress = row_log.read()
-        rows += [*step_rows, _make_end_row(step, failure, progress, time.monotonic() - start)]
+        step_rows.append(_make_end_row(step, failure, progress, time.monotonic() - start))
+        rows += step_rows
+        if all(row.holds is not False for row in step_rows):
+            log.unlink(missing_ok=True)
 
 
 def make_file_name(step: Step, suffix: str) -> str:
@@ -68,11 +78,10 @@ def _make_end_row(step: Step, failure: str, progress: str, seconds: float) -> Ro
     )
 
 
-def _run_process(step: Step, time_limit: float, environment: StepEnvironment) -> str:
-    """Run a step; return why it failed, or an empty string if it succeeded."""
-    command = [sys.executable, str(_PROGRAM), "--step", step.name, "--out", str(environment.folder)]
-    command += ["--dry-run"] if environment.is_dry_run else []
-    log = environment.folder / make_file_name(step, "log")
+def _run_process(
+    command: list[str], time_limit: float, environment: StepEnvironment, log: Path
+) -> str:
+    """Run a command; return why it failed, or an empty string if it succeeded."""
     with log.open("wb") as output:
         process = subprocess.Popen(
             command, stdout=output, stderr=output, env=_make_environment(environment.packages),
@@ -85,6 +94,11 @@ def _run_process(step: Step, time_limit: float, environment: StepEnvironment) ->
         finally:
             _kill_process(process)
     return "" if exit_code == 0 else _read_last_line(log, exit_code)
+
+
+def _make_command(step: Step, environment: StepEnvironment) -> list[str]:
+    command = [sys.executable, str(_PROGRAM), "--step", step.name, "--out", str(environment.folder)]
+    return [*command, "--dry-run"] if environment.is_dry_run else command
 
 
 def _kill_process(process: "subprocess.Popen[bytes]") -> None:

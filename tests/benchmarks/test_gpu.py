@@ -82,7 +82,7 @@ def test_the_table_has_a_line_for_every_row(dry_run):
 def _run_one(name, folder, time_limit=60.0, *, dry_run=True):
     (step,) = (step for step in STEPS if step.name == name)
     rows = []
-    run_step(step, time_limit, StepEnvironment(folder, dry_run, None), rows)
+    run_step(step, time_limit, StepEnvironment(folder, folder, dry_run, None), rows)
     return rows
 
 
@@ -97,6 +97,23 @@ def test_a_step_that_fails_says_why(tmp_path):
         "done",
         holds=False,
     )
+
+
+def test_the_output_of_a_step_is_kept_if_it_fails_or_a_row_does_not_hold(tmp_path, monkeypatch):
+    printing = [sys.executable, "-c", "print('first line'); print('last line')"]
+    monkeypatch.setattr(run_steps, "_make_command", lambda *_: printing)
+    log = tmp_path / "machine.log"
+
+    assert _run_one("machine", tmp_path)[-1].holds
+    assert not log.exists()
+
+    RowLog(tmp_path / "machine.jsonl").add(Row("machine", "b", "c", holds=False))
+    _run_one("machine", tmp_path)
+    assert log.read_text() == "first line\nlast line\n"
+
+    printing[-1] += "; raise SystemExit(1)"
+    assert _run_one("machine", tmp_path)[-1].result == "failed: last line"
+    assert log.read_text() == "first line\nlast line\n"
 
 
 def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
