@@ -9,9 +9,9 @@ the reason, and its output is kept in DIR, in a file such as `frame_0.log`. `--d
 steps on the CPU with tiny sizes.
 
 If the GPU machine lacks packages and has no network, run the second form on another machine: it
-downloads the wheels for the given Python version, which must be that of the GPU machine. Copy the
-folder to the GPU machine; `--wheels DIR` then installs the missing packages into a subfolder of DIR
-that only this command uses.
+downloads the wheels for the given Python version, which must be that of the GPU machine, and builds
+that of the fast engine (needs cargo). Copy the folder to the GPU machine; `--wheels DIR` then
+installs the missing packages into a subfolder of DIR that only this command uses.
 """
 
 from gpu.command import main

@@ -6,6 +6,7 @@ from gpu.plan import REAL_SIZES, Sizes
 from gpu.rows import Row, RowLog
 from gpu.scene import FRAME_COUNT
 from gpu.training import describe_memory, make_config, train
+from quarc_ref.decoder.engines import choose_engine
 from quarc_ref.streams import decode
 from steady_timer import STAGES
 
@@ -33,10 +34,11 @@ def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
     total_seconds = sum(seconds.values())
     size = f"{count:,} Gaussians, {sizes.width} x {sizes.height}, {sizes.views} views"
     iterations = f"{sizes.iterations} + {sizes.iterations} iterations"
+    engine = f"{choose_engine().name} engine"
     row_log.add(
         Row(
             "frame",
-            f"time of a frame: {size}, {iterations}",
+            f"time of a frame: {size}, {iterations}, {engine}",
             f"{total_seconds:.2f} s",
             f"goal {_GOAL_SECONDS} s, at most {_MAX_SECONDS} s",
             total_seconds <= _MAX_SECONDS if sizes == REAL_SIZES else None,

@@ -236,23 +236,35 @@ def test_missing_packages_are_installed_once_and_only_from_wheels(tmp_path, monk
     assert install_missing(tmp_path) == "nothing is missing"
 
 
-def _write_wheel(folder):
-    info_folder = "tiny_thing-1.0.dist-info"
-    with zipfile.ZipFile(folder / "tiny_thing-1.0-py3-none-any.whl", "w") as wheel:
-        wheel.writestr("tiny_thing.py", "")
+def test_the_fast_engine_is_installed_if_its_wheel_is_there(tmp_path, monkeypatch):
+    monkeypatch.setattr("gpu.wheels.read_requirements", list)
+    monkeypatch.setattr("gpu.wheels._is_installed", lambda *_: False)
+    _write_wheel(tmp_path, "quarc_core")
+
+    assert install_missing(tmp_path) == "installed quarc-core"
+    assert (tmp_path / "installed" / "quarc_core.py").is_file()
+
+
+def test_a_missing_wheel_is_named_and_the_others_are_installed(tmp_path, monkeypatch):
+    packages = ["no-such-package==1.0", "tiny-thing==1.0", "none-either==2.0"]
+    monkeypatch.setattr("gpu.wheels.read_requirements", lambda: packages)
+    _write_wheel(tmp_path)
+
+    with pytest.raises(RuntimeError, match=r"no-such-package.*none-either"):
+        install_missing(tmp_path)
+    assert (tmp_path / "installed" / "tiny_thing.py").is_file()
+
+
+def _write_wheel(folder, name="tiny_thing"):
+    info_folder = f"{name}-1.0.dist-info"
+    with zipfile.ZipFile(folder / f"{name}-1.0-py3-none-any.whl", "w") as wheel:
+        wheel.writestr(f"{name}.py", "")
         wheel.writestr(
-            f"{info_folder}/METADATA", "Metadata-Version: 2.1\nName: tiny-thing\nVersion: 1.0\n"
+            f"{info_folder}/METADATA", f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n"
         )
         wheel_metadata = "Wheel-Version: 1.0\nRoot-Is-Purelib: true\nTag: py3-none-any\n"
         wheel.writestr(f"{info_folder}/WHEEL", wheel_metadata)
         wheel.writestr(f"{info_folder}/RECORD", "")
-
-
-def test_a_missing_wheel_is_named(tmp_path, monkeypatch):
-    monkeypatch.setattr("gpu.wheels.read_requirements", lambda: ["no-such-package==1.0"])
-
-    with pytest.raises(RuntimeError, match="no-such-package"):
-        install_missing(tmp_path)
 
 
 def test_tests_are_found_by_their_marker():
