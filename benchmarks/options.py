@@ -2,6 +2,8 @@
 
 import argparse
 
+from quarc_ref.jobs import WorkerPool
+
 
 def parse_count(text: str) -> int:
     """Return a number of the command line that must be at least 0."""
@@ -47,3 +49,15 @@ def add_capture_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="name of a held-out camera; may be repeated (default: the first camera)",
     )
+
+
+def make_pool(options: argparse.Namespace) -> WorkerPool:
+    """Return the pool described by `--workers`, `--threads`, `--ray` and `--device`.
+
+    On a cluster, a job on CUDA occupies a GPU; Ray hides all GPUs from other jobs.
+
+    Raises:
+        ValueError: A number is out of range.
+    """
+    gpus = 1.0 if options.device == "cuda" else 0.0
+    return WorkerPool(options.workers, options.threads, options.ray, gpus)

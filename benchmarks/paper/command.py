@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from atomic_files import write_atomically
-from options import add_capture_options, add_set_option, parse_count
+from options import add_capture_options, add_set_option, make_pool, parse_count
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
@@ -162,7 +162,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
     arguments = _parse_arguments(command_line)
     try:
         studies = plan_studies(arguments)
-        pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
+        pool = make_pool(arguments)
     except (ValueError, CaptureError, EncodeError) as error:
         write_status(f"paper.py: {error}")
         return 2

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
-from options import add_set_option, parse_positive
+from options import add_set_option, make_pool, parse_positive
 from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
@@ -102,7 +102,7 @@ def main(command_line: Sequence[str] | None = None) -> int:
         if arguments.against:
             print(compare_studies(arguments.out, arguments.against))
             return 0
-        pool = WorkerPool(arguments.workers, arguments.threads, arguments.ray)
+        pool = make_pool(arguments)
         study = plan_study(arguments)
     except (ValueError, CaptureError) as error:
         write_status(f"quality.py: {error}")

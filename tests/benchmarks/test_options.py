@@ -2,7 +2,8 @@ import argparse
 
 import pytest
 
-from options import parse_count, parse_positive
+from options import make_pool, parse_count, parse_positive
+from quarc_ref.jobs import WorkerPool
 
 
 def test_numbers_from_the_minimum_on_are_accepted():
@@ -18,3 +19,10 @@ def test_other_numbers_and_texts_are_rejected(parse, text, minimum):
 
     with pytest.raises(argparse.ArgumentTypeError, match=message):
         parse(text)
+
+
+@pytest.mark.parametrize(("device", "gpus"), [("cuda", 1.0), ("cpu", 0.0), ("auto", 0.0)])
+def test_a_job_occupies_a_gpu_of_the_cluster_if_it_trains_on_cuda(device, gpus):
+    options = argparse.Namespace(workers=2, threads=3, ray="auto", device=device)
+
+    assert make_pool(options) == WorkerPool(2, 3, "auto", gpus)
