@@ -34,6 +34,7 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
     evaluation = evaluate_stream(sink.getvalue(), folder, lambda *_: None)
     summary, psnr = evaluation.summary, evaluation.quality.psnr
     seconds = average_stage_seconds(timer.seconds, len(psnr))
+    has_later_frames = len(psnr) > 1
     return {
         "capture": capture.name,
         "preset": preset,
@@ -43,11 +44,13 @@ def measure(folder: Path, preset: str, frames: int | None) -> dict[str, Any]:
         "psnr_mean": sum(psnr) / len(psnr),
         "psnr_worst": min(psnr),
         "ssim_mean": sum(evaluation.quality.ssim) / len(psnr),
-        "kb_per_frame": summary.kilobytes_per_frame()["without_canonical"],
+        "kb_per_frame": summary.kilobytes_per_frame()["without_canonical"]
+        if has_later_frames
+        else None,
         "bytes": summary.coded_bytes(),
         "estimate_bytes": summary.estimate_bytes(),
         "seconds_canonical": seconds["canonical"] + seconds["canonical commit"],
-        "seconds_per_frame": seconds["frame"],
+        "seconds_per_frame": seconds["frame"] if has_later_frames else None,
     }
 
 
@@ -68,10 +71,14 @@ def print_markdown(rows: list[dict[str, Any]]) -> None:
         print(
             f"| {row['capture']} | {row['preset']} | {row['frames']} | {row['gaussians']:,} | "
             f"{row['psnr_first']:.2f} / {row['psnr_mean']:.2f} / {row['psnr_worst']:.2f} | "
-            f"{row['ssim_mean']:.4f} | {row['kb_per_frame']:.2f} | "
+            f"{row['ssim_mean']:.4f} | {_format(row['kb_per_frame'], '.2f')} | "
             f"{coded_bytes['canonical'] / 1024:.0f} | {ratios} | "
-            f"{row['seconds_canonical']:.0f} | {row['seconds_per_frame']:.1f} |"
+            f"{row['seconds_canonical']:.0f} | {_format(row['seconds_per_frame'], '.1f')} |"
         )  # fmt: skip
+
+
+def _format(figure: float | None, format_spec: str) -> str:
+    return "none" if figure is None else f"{figure:{format_spec}}"
 
 
 def main() -> None:

@@ -51,3 +51,16 @@ def test_the_table_compares_every_kind_of_bytes_with_its_estimate(capsys):
     header, _, line = capsys.readouterr().out.splitlines()
     assert ", ".join(KINDS) in header
     assert "| 0.00, none, 2.00, 3.00, 4.00 |" in line
+
+
+def test_one_frame_has_no_figures_of_later_frames(tmp_path, monkeypatch, capsys):
+    folder = scenes.write_n3dv(
+        tmp_path / "plane", scenes.make_shots(), 2, scenes.make_plane_points()
+    )
+    monkeypatch.setitem(PRESETS, "small", SMALL)
+
+    row = capture.measure(folder, "small", 1)
+    capture.print_markdown([row])
+
+    assert (row["kb_per_frame"], row["seconds_per_frame"]) == (None, None)
+    assert capsys.readouterr().out.endswith("| none |\n")
