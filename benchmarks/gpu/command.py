@@ -4,6 +4,7 @@ import argparse
 import signal
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from gpu.plan import DRY_RUN_SIZES, REAL_SIZES, STEPS
@@ -32,7 +33,7 @@ def main(arguments: list[str] | None = None) -> int:
         "--minutes",
         type=float,
         default=_DEFAULT_MINUTES,
-        help="time limit for all steps together, in minutes; default: %(default)s",
+        help="time limit for packages and all steps together, in minutes; default: %(default)s",
     )
     parser.add_argument(
         "--wheels",
@@ -75,6 +76,7 @@ def _run_all(options: argparse.Namespace) -> int:
     """Run all steps; write the tables after each step, and return the exit status."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     options.out.mkdir(parents=True, exist_ok=True)
+    end = time.monotonic() + 60 * options.minutes
     rows: list[Row] = []
     exit_code = 0
     with tempfile.TemporaryDirectory() as folder_name:
@@ -82,7 +84,7 @@ def _run_all(options: argparse.Namespace) -> int:
         try:
             packages = _install_packages(options.wheels, rows)
             environment = StepEnvironment(folder, options.out, options.dry_run, packages)
-            for step, time_limit in allot_time(STEPS, 60 * options.minutes):
+            for step, time_limit in allot_time(STEPS, end - time.monotonic()):
                 run_step(step, time_limit, environment, rows)
                 write_tables(rows, options.out)
                 if step.is_required and not rows[-1].holds:

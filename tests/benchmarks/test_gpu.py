@@ -148,6 +148,20 @@ def test_no_step_takes_more_than_the_time_left():
     ]
 
 
+def test_the_time_limit_includes_the_installation_of_packages(tmp_path, monkeypatch, capsys):
+    read_clock = time.monotonic
+
+    def take_an_hour(_wheels):
+        monkeypatch.setattr(time, "monotonic", lambda: read_clock() + 3600)
+        return "nothing is missing"
+
+    monkeypatch.setattr("gpu.command.install_missing", take_an_hour)
+
+    main(["--out", str(tmp_path), "--wheels", str(tmp_path), "--dry-run"])
+
+    assert "| machine | the step | failed: no time is left |" in capsys.readouterr().out
+
+
 def test_without_a_gpu_only_the_gpu_check_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("CUDA_VISIBLE_DEVICES", "")
     code = main(["--out", str(tmp_path)])
