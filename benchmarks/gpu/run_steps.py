@@ -114,10 +114,14 @@ def _kill_process(process: "subprocess.Popen[bytes]") -> None:
 def _make_environment(packages: Path | None) -> dict[str, str]:
     root = str(_PROGRAM.parents[1])
     paths = [root, *([str(packages)] if packages else []), os.environ.get("PYTHONPATH", "")]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
-    if packages:  # for programs of the packages, such as ninja
-        environment["PATH"] = os.pathsep.join([str(packages / "bin"), os.environ.get("PATH", "")])
-    return environment
+    # Programs of packages, such as ninja, are found even if no virtual environment is activated.
+    programs = [str(packages / "bin")] if packages else []
+    programs += [str(Path(sys.executable).parent), os.environ.get("PATH", "")]
+    return {
+        **os.environ,
+        "PYTHONPATH": os.pathsep.join(filter(None, paths)),
+        "PATH": os.pathsep.join(filter(None, programs)),
+    }
 
 
 def _read_last_line(log: Path, exit_code: int) -> str:

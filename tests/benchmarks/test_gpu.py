@@ -116,6 +116,19 @@ def test_the_output_of_a_step_is_kept_if_it_fails_or_a_row_does_not_hold(tmp_pat
     assert log.read_text() == "first line\nlast line\n"
 
 
+def test_a_step_finds_the_programs_of_packages(tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", os.defpath)
+    command = [sys.executable, "-c", "import os; print(os.environ['PATH']); raise SystemExit(1)"]
+    monkeypatch.setattr(run_steps, "_make_command", lambda *_: command)
+    rows = []
+
+    run_step(STEPS[0], 60, StepEnvironment(tmp_path, tmp_path, True, tmp_path / "installed"), rows)
+
+    folders = [str(tmp_path / "installed" / "bin"), str(Path(sys.executable).parent)]
+    path = (tmp_path / "machine.log").read_text()
+    assert path == os.pathsep.join([*folders, os.defpath]) + "\n"
+
+
 def test_a_step_that_reaches_its_time_limit_is_stopped_and_its_results_are_kept(
     tmp_path, monkeypatch
 ):
