@@ -10,7 +10,7 @@ interface Deferred<T> {
 
 export class PendingPromises {
   readonly #deferredOpens: Deferred<StreamInfo>[] = [];
-  readonly #deferredSeeks: Deferred<number>[] = [];
+  readonly #deferredSeeks: Deferred<number | null>[] = [];
   #lastFault: PlayerFault | null = null; // with which all further promises reject
 
   /** Resolves when the first frame of the stream being opened is shown. */
@@ -18,8 +18,8 @@ export class PendingPromises {
     return this.#makePromise(this.#deferredOpens);
   }
 
-  /** Resolves to the ordinal of the frame that the current seek or step has shown. */
-  waitForSeek(): Promise<number> {
+  /** Resolves to the ordinal of the frame that the current seek or step has shown, or to null if no stream is open. */
+  waitForSeek(): Promise<number | null> {
     return this.#makePromise(this.#deferredSeeks);
   }
 
@@ -27,7 +27,7 @@ export class PendingPromises {
     for (const deferred of this.#deferredOpens.splice(0)) deferred.resolve(info);
   }
 
-  resolveSeeks(frame: number): void {
+  resolveSeeks(frame: number | null): void {
     for (const deferred of this.#deferredSeeks.splice(0)) deferred.resolve(frame);
   }
 

@@ -256,8 +256,10 @@ export class Playback {
     if (this.#screen.isBusy) return; // `noteShown` schedules the next frame
     const [nextPacket] = this.#buffer;
     const isNextLap = nextPacket !== undefined && !this.#isBeforeFirstFrame && nextPacket.run !== this.#shownRun;
-    if (nextPacket === undefined && this.#fault !== null) this.#events.onError(this.#fault);
-    else if (this.#isAtEnd || (isNextLap && !this.#isLooping)) this.#stopAtEnd();
+    if (nextPacket === undefined && this.#fault !== null) {
+      this.#pendingSteps = 0;
+      this.#events.onError(this.#fault);
+    } else if (this.#isAtEnd || (isNextLap && !this.#isLooping)) this.#stopAtEnd();
     else if (nextPacket !== undefined) this.#showNext();
     else this.#events.onState(); // playback now waits for a frame
   }

@@ -110,14 +110,12 @@ export class Player extends PlayerState {
     if (Number.isNaN(frame)) {
       return Promise.reject(new RangeError("NaN is not the ordinal of a frame"));
     }
-    this.#playback.setFrame(frame);
-    return this.#waitForSeek();
+    return this.#seek(() => this.#playback.setFrame(frame));
   }
 
   /** Pause, and move by `count` frames; negative numbers move back. Resolves and rejects like `setFrame`. */
   step(count = 1): Promise<number | null> {
-    this.#playback.step(count);
-    return this.#waitForSeek();
+    return this.#seek(() => this.#playback.step(count));
   }
 
   /** Seek to the newest frame of a live stream, or to the last frame of any other stream. Resolves like `setFrame`. */
@@ -229,10 +227,13 @@ export class Player extends PlayerState {
     return this.#sound;
   }
 
-  /** Resolves to the ordinal of the frame that the current seek or step shows; at once if none is in progress. */
-  #waitForSeek(): Promise<number | null> {
-    if (this.info === null || !this.#playback.isSeeking) return Promise.resolve(this.frame);
-    return this.#pendingPromises.waitForSeek();
+  /** Begin a seek or step; resolves to the ordinal of the frame that it shows, or to null if no stream is open. */
+  #seek(begin: () => void): Promise<number | null> {
+    const promise = this.#pendingPromises.waitForSeek(); // before a step to a damaged frame, which fails at once
+    begin();
+    const { isSeeking, frame } = this.#playback;
+    if (this.info === null || !isSeeking) this.#pendingPromises.resolveSeeks(frame);
+    return promise;
   }
 
   #handleInfo(info: StreamInfo): void {

@@ -209,16 +209,16 @@ browserTest("pending promises reject when the player is disposed or its element 
   const messages = await page.run(async (element) => {
     const { Player } = await import(`${location.origin}/quarc-player.js`);
     const player = new Player(document.body.appendChild(document.createElement("canvas")));
-    const promises: Promise<unknown>[] = [player.open({ url: "stream.quarc" }), element.setFrame(20)];
+    const promises: Promise<unknown>[] = [player.setFrame(3), player.open({ url: "stream.quarc" }), element.setFrame(20)];
     element.step(); // a promise that nobody uses is not an unhandled rejection
     player.dispose();
     element.remove();
-    promises.push(player.open({ url: "stream.quarc" }));
+    promises.push(player.setFrame(3), player.open({ url: "stream.quarc" }));
     const describe = ({ fault }: StreamError): string[] => [fault.kind, fault.message];
     return Promise.all(promises.map((promise) => promise.catch(describe)));
   });
   const disposed = ["player", "the player was disposed"];
-  assert.deepEqual(messages, [disposed, disposed, disposed]);
+  assert.deepEqual(messages, [null, disposed, disposed, disposed, disposed]); // null: no stream was open
 });
 
 browserTest("a seek and the seeks that it replaces resolve when its frame is shown", async () => {
@@ -284,6 +284,20 @@ browserTest("a seek to a damaged frame rejects with the reject id", async () => 
     ),
   );
   assert.equal(rejectId, "payload-crc");
+});
+
+browserTest("a step to a damaged frame rejects, and steps back go to the frames before the shown frame", async () => {
+  const stream = readRoom().slice();
+  stream[stream.length >> 1]! ^= 1;
+  await using page = await PlayerPage.open({ stream });
+  await page.waitUntil((player) => player.frame === 0);
+  const [failure, shown, back] = await page.run(async (player) => {
+    const describe = ({ fault }: StreamError): (string | number | null)[] => [fault.rejectId, fault.frame];
+    let failure: unknown = 0;
+    while (typeof failure === "number") failure = await player.step(1).catch(describe);
+    return [failure, player.frame, [await player.step(-1), await player.step(-1)]];
+  });
+  assert.deepEqual([failure, shown, back], [["payload-crc", 12], 11, [10, 9]]);
 });
 
 browserTest("scrubbing shows intermediate pictures, and ends at the last position", async () => {
