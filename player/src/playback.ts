@@ -59,8 +59,9 @@ export class Playback {
 
   set isLooping(isLooping: boolean) {
     this.#isLooping = isLooping;
-    this.#events.onState();
     if (isLooping) this.#decodeNextLap();
+    else if (this.#isLastShown && !this.isSeeking) this.#dropNextLap();
+    this.#events.onState();
   }
 
   /** Ordinal of the frame that is shown; null before the first frame is shown. */
@@ -180,8 +181,11 @@ export class Playback {
   }
 
   get #isAtEnd(): boolean {
-    const isLast = this.#shownFrame !== null && this.#shownFrame + 1 === this.#extent.endFrame;
-    return isLast && this.#buffer.length === 0 && this.#shownRun === this.#link.run;
+    return this.#isLastShown && this.#buffer.length === 0 && this.#shownRun === this.#link.run;
+  }
+
+  get #isLastShown(): boolean {
+    return this.#shownFrame !== null && this.#shownFrame + 1 === this.#extent.endFrame;
   }
 
   #handleReply(reply: DecodeReply): void {
@@ -285,10 +289,15 @@ export class Playback {
       this.#decodeNextLap();
       if (this.#link.run !== this.#shownRun) return;
     }
-    this.#buffer = []; // it may contain frames of the next lap, after the loop has been disabled
-    if (this.#link.run !== this.#shownRun) this.#shownRun = this.#link.abandon();
+    this.#dropNextLap();
     this.pause();
     this.#events.onEnded();
+  }
+
+  /** After the last frame, drop the frames that have been decoded for a loop that has been disabled. */
+  #dropNextLap(): void {
+    this.#buffer = [];
+    if (this.#link.run !== this.#shownRun) this.#shownRun = this.#link.abandon();
   }
 
   #seekToNextTarget(): void {

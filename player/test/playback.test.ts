@@ -86,6 +86,15 @@ browserTest("playback pauses at the end, and restarts from the beginning", async
   assert.deepEqual((await page.run(playFrames, 5)).slice(0, 3), [0, 1, 2]);
 });
 
+browserTest("playback restarts from the beginning after a loop has been enabled and disabled at the end", async () => {
+  await using page = await PlayerPage.open({ attributes: 'autoplay speed="8"' });
+  await page.waitUntil((player) => player.frame === 23 && !player.isPlaying);
+  await page.run((player) => player.toggleAttribute("loop"));
+  await page.waitUntil(({ player }) => (player?.statistics?.bufferedFrames ?? 0) > 0); // frames of the next lap
+  await page.run((player) => player.toggleAttribute("loop"));
+  assert.deepEqual((await page.run(playFrames, 5)).slice(0, 3), [0, 1, 2]);
+});
+
 browserTest("no frame follows the frame at which playback is paused", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);
