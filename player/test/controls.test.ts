@@ -39,6 +39,34 @@ browserTest("keys play, step, loop, choose a camera, change the speed and flip",
   await page.waitUntil((player) => player.frame === 23);
 });
 
+browserTest("keys and touch move the view on the canvas of a program, until its player is disposed", async () => {
+  await using page = await PlayerPage.open({ attributes: null, isTouch: true });
+  const cameras: string[] = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    document.body.style.height = "3000px"; // could be scrolled
+    const canvas = document.body.appendChild(document.createElement("canvas"));
+    canvas.style.cssText = "width: 300px; height: 150px";
+    const player = new Player(canvas);
+    await player.open({ url: "stream.quarc" });
+    Object.assign(window, { canvas, player });
+    return player.cameras.map(({ name }: { name: string }) => name);
+  });
+  const isMoved = (): Promise<boolean> => page.page.evaluate("player.camera === null");
+  await page.page.mouse.click(50, 50);
+  await page.page.keyboard.press("ArrowLeft");
+  assert.equal(await isMoved(), true, "by a key");
+  const session = await page.page.context().newCDPSession(page.page);
+  await page.page.evaluate((name) => Reflect.set(Reflect.get(window, "player"), "camera", name), cameras[0]);
+  for (const y of [120, 90, 60, 30]) {
+    const type = y === 120 ? "touchStart" : "touchMove";
+    await session.send("Input.dispatchTouchEvent", { type, touchPoints: [{ x: 50, y }] });
+  }
+  await session.send("Input.dispatchTouchEvent", { type: "touchEnd", touchPoints: [] });
+  assert.deepEqual([await isMoved(), await page.page.evaluate("scrollY")], [true, 0], "by touch");
+  const left = await page.page.evaluate("player.dispose(), [canvas.style.touchAction, canvas.hasAttribute('tabindex')]");
+  assert.deepEqual(left, ["", false]);
+});
+
 browserTest("keys change a speed that is not in the list to the next speed of the list", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

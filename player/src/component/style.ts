@@ -12,7 +12,7 @@ export const STYLE = `
 .frame { position: absolute; inset: 0; display: flex; flex-direction: column; }
 .picture { position: relative; flex: 1 0 40%; overflow: hidden; }
 canvas.view { position: absolute; inset: 0; width: 100%; height: 100%; display: block; outline: none;
-  touch-action: none; cursor: grab; background: #000; }
+  cursor: grab; background: #000; }
 .poster { position: absolute; inset: 0; width: 100%; height: 100%; object-fit: contain; background: #000; pointer-events: none; }
 canvas.view:active { cursor: grabbing; }
 canvas.view:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }

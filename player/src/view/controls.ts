@@ -40,6 +40,7 @@ export class Controls {
   constructor(canvas: HTMLCanvasElement, viewer: Viewer) {
     this.#canvas = canvas;
     this.#viewer = viewer;
+    this.#makeUsable();
     const { signal } = this.#abortController;
     canvas.addEventListener("pointerdown", (event) => this.#handlePointerDown(event), { signal });
     canvas.addEventListener("pointermove", (event) => this.#handlePointerMove(event), { signal });
@@ -56,6 +57,19 @@ export class Controls {
   dispose(): void {
     this.#abortController.abort();
     cancelAnimationFrame(this.#flightRequest);
+  }
+
+  /** Let the canvas receive keys, and touches with which the browser would otherwise scroll the page. */
+  #makeUsable(): void {
+    const canvas = this.#canvas;
+    const { touchAction } = canvas.style;
+    const isFocusable = canvas.hasAttribute("tabindex");
+    canvas.style.touchAction = "none";
+    if (!isFocusable) canvas.tabIndex = 0;
+    this.#abortController.signal.addEventListener("abort", () => {
+      canvas.style.touchAction = touchAction;
+      if (!isFocusable) canvas.removeAttribute("tabindex");
+    });
   }
 
   #handlePointerDown(event: PointerEvent): void {
