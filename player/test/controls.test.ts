@@ -1,7 +1,7 @@
 /** The component's controls: keys, pointers, touch, cameras, and the layout of the picture on the page. */
 
 import assert from "node:assert/strict";
-import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+import { browserTest, PIXEL_RATIO, PlayerPage, type PlayerElement } from "./browser.js";
 
 /** Name of the selected camera; null after the view has been moved. */
 const readCamera = (page: PlayerPage): Promise<string | null> => page.run((player) => player.player?.camera ?? null);
@@ -65,6 +65,22 @@ browserTest("keys and touch move the view on the canvas of a program, until its 
   assert.deepEqual([await isMoved(), await page.page.evaluate("scrollY")], [true, 0], "by touch");
   const left = await page.page.evaluate("player.dispose(), [canvas.style.touchAction, canvas.hasAttribute('tabindex')]");
   assert.deepEqual(left, ["", false]);
+});
+
+browserTest("a canvas to which the page gives no size keeps its size", async () => {
+  await using page = await PlayerPage.open({ attributes: null }); // with less than one screen pixel per CSS pixel
+  const sizes = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const canvas = document.body.appendChild(document.createElement("canvas"));
+    const player = new Player(canvas);
+    await player.open({ url: "stream.quarc" });
+    for (let count = 0; count < 5; count++) {
+      player.camera = player.cameras[0].name;
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+    }
+    return [canvas.clientWidth, canvas.clientHeight, canvas.width, canvas.height];
+  });
+  assert.deepEqual(sizes, [300, 150, 300 * PIXEL_RATIO, 150 * PIXEL_RATIO]);
 });
 
 browserTest("keys change a speed that is not in the list to the next speed of the list", async () => {

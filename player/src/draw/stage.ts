@@ -235,13 +235,17 @@ export class Stage {
 
   /** Give the canvas the resolution of the screen, but at most MAX_PIXELS pixels. */
   #fitCanvas(): void {
-    const { clientWidth, clientHeight } = this.#canvas;
+    const canvas = this.#canvas;
+    const { clientWidth, clientHeight } = canvas;
     const maxScale = Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight));
     const scale = Math.min(devicePixelRatio, maxScale);
     const width = Math.max(1, Math.round(clientWidth * scale));
     const height = Math.max(1, Math.round(clientHeight * scale));
-    if (this.#canvas.width !== width) this.#canvas.width = width;
-    if (this.#canvas.height !== height) this.#canvas.height = height;
+    if (canvas.width === width && canvas.height === height) return;
+    Object.assign(canvas, { width, height });
+    // If the page gives the canvas no size, its attributes have just changed its size; without this, it would grow or shrink on.
+    if (Math.abs(canvas.clientWidth - clientWidth) > 1) canvas.style.width = `${clientWidth}px`;
+    if (Math.abs(canvas.clientHeight - clientHeight) > 1) canvas.style.height = `${clientHeight}px`;
   }
 
   #handleContextLost(event: Event): void {
