@@ -352,9 +352,15 @@ browserTest("a program draws on its own canvas, and receives errors", async () =
   const picture = await page.page.evaluate(async () => {
     const { Player, StreamError } = await import(`${location.origin}/quarc-player.js`);
     const canvas = document.body.appendChild(document.createElement("canvas"));
-    new Player(canvas).dispose(); // another player can use the canvas
+    const nextDrawing = (): Promise<number> => new Promise((resolve) => requestAnimationFrame(resolve));
+    const previous = new Player(canvas);
+    await previous.open({ url: `${location.origin}/stream.quarc` });
+    await nextDrawing();
+    previous.dispose(); // another player can use the canvas
     const player = new Player(canvas);
     const info = await player.open({ url: `${location.origin}/stream.quarc` });
+    previous.flip(); // draws nothing
+    await nextDrawing();
     player.speed = 2;
     player.seek(0.5);
     while (player.frame !== 15) await new Promise((resolve) => setTimeout(resolve, 20));

@@ -154,6 +154,7 @@ export class Stage {
     this.#sorter.terminate();
     this.#dropRequests();
     this.#painter?.dispose();
+    this.#painter = null; // so that nothing draws on the canvas any more
     // A canvas on the page may get another player, which would receive the lost context.
     if (!this.#canvas.isConnected) this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
