@@ -28,10 +28,7 @@ export class Player extends PlayerState {
   readonly #viewer: Viewer;
   readonly #controls: Controls | null;
   readonly #headset: Headset;
-  readonly #sound = new Sound((failure) => {
-    this.dispatch("settings", null);
-    if (failure !== null) this.dispatch("audioerror", { message: failure });
-  });
+  readonly #sound: Sound;
   #recorder = new Recorder();
   readonly #pendingPromises = new PendingPromises();
   #requestedCamera: string | null = null;
@@ -49,6 +46,11 @@ export class Player extends PlayerState {
       onLost: () => this.#headset.handleContextLost(),
       onRestored: () => void this.setFrame(this.#playback.target ?? 0),
       onFault: (message) => this.#handleFault(makeFault("limit", message)),
+    });
+    // After the stage: without WebGL2, the listeners of the sound would never be removed.
+    this.#sound = new Sound((failure) => {
+      this.dispatch("settings", null);
+      if (failure !== null) this.dispatch("audioerror", { message: failure });
     });
     this.#viewer = new Viewer(this.#stage, () => this.dispatch("view", null));
     this.#playback = new Playback(makeDecoder(), this.#stage, {

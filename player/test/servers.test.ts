@@ -225,11 +225,12 @@ browserTest("the picture stays while another stream is loading, even if the page
   await page.waitUntil((player) => player.frame === 15);
 });
 
-browserTest("without WebGL2, an error is shown, and no worker is left", async () => {
+browserTest("without WebGL2, an error is shown, and neither a worker nor a listener is left", async () => {
   await using page = await PlayerPage.open({ attributes: null });
   const counts = await page.page.evaluate(() => {
     HTMLCanvasElement.prototype.getContext = () => null;
-    const [BrowserWorker, counts] = [Worker, { workers: 0, errors: 0 }];
+    const [BrowserWorker, counts] = [Worker, { workers: 0, listeners: 0, errors: 0 }];
+    window.addEventListener = () => (counts.listeners += 1);
     window.Worker = class extends BrowserWorker {
       constructor(url: string | URL) {
         super(url);
@@ -241,7 +242,7 @@ browserTest("without WebGL2, an error is shown, and no worker is left", async ()
     document.body.append(player);
     return counts;
   });
-  assert.deepEqual(counts, { workers: 0, errors: 1 });
+  assert.deepEqual(counts, { workers: 0, listeners: 0, errors: 1 });
   assert.equal(await readText(page, "h2"), "This browser cannot play the stream");
   const [background, size] = await page.run((player) => [getComputedStyle(player).backgroundColor, player.clientHeight]);
   assert.deepEqual([background, size], ["rgb(13, 15, 18)", 400], "the style of the player is kept");
