@@ -3,6 +3,7 @@
 import "./workers.js"; // first: the decoder then begins the file, which compresses it by 1.5 KB more
 import { QuarcPlayer } from "./component/quarc-player.js";
 
+export type { PixelFormat } from "./draw/picture.js";
 export { DrawingError } from "./draw/programs.js";
 export { Player } from "./player.js";
 export type { OpenOptions, PlayerOptions } from "./player-options.js";
@@ -12,6 +13,7 @@ export type { AudioState } from "./sound.js";
 export { Splats } from "./splats.js";
 export type { Statistics } from "./statistics.js";
 export { StreamError } from "./stream-error.js";
+export type { Axis } from "./view/scene.js";
 export { hasHeadset } from "./vr/headset.js";
 export { readFrames } from "./worker-frames.js";
 export type { FramesOptions } from "./decode/frames.js";

@@ -20,7 +20,18 @@ for await (const packet of readFrames({ bytes })) frames += packet.count > 0 ? 1
 console.log(frames);
 `;
 const TYPESCRIPT_PROGRAM = `
-import { Player, StreamError, type PlayerFault, type Statistics } from "quarc-player";
+import { Player, StreamError, type Axis, type PixelFormat, type PlayerEvents, type PlayerFault, type Statistics } from "quarc-player";
+export const [up, format]: [Axis, PixelFormat] = ["-y", "bytes"];
+export function watch(player: Player): void {
+  const element = document.createElement("quarc-player");
+  const log = ({ detail }: CustomEvent<PlayerEvents["error"]>): void => console.log(detail.kind);
+  for (const target of [player, element]) {
+    target.addEventListener("error", log);
+    target.removeEventListener("error", log);
+  }
+  element.removeEventListener("click", ({ clientX }) => console.log(clientX));
+  element.play();
+}
 export async function play(canvas: HTMLCanvasElement): Promise<Statistics | PlayerFault | null> {
   const player = new Player(canvas, { controls: false });
   player.addEventListener("frame", ({ detail }) => console.log(detail.frame + 1));
