@@ -25,10 +25,10 @@ export class DecodeLink {
     };
   }
 
-  /** Open a stream, and allow `frames` frames to be decoded. */
+  /** Open a stream, and allow `frames` frames to be decoded. If the bytes were transferred before, throw a DataCloneError. */
   open(source: StreamSource, frames: number): void {
+    sendRequest(this.#decoder, { kind: "open", source, run: this.run + 1 });
     this.#openingRun = ++this.run;
-    sendRequest(this.#decoder, { kind: "open", source, run: this.run });
     this.allowFrames(frames);
   }
 

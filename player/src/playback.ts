@@ -108,12 +108,12 @@ export class Playback {
 
   /** Open a stream at a frame; null means its first frame. */
   open(source: StreamSource, startFrame: number | null = null): void {
+    this.#link.open(source, BUFFER_FRAMES);
     this.#reset();
     this.#startFrame = startFrame;
     this.#extent = new Extent();
     this.#shownFrame = this.#seekTarget = null;
     this.lateFrames = 0;
-    this.#link.open(source, BUFFER_FRAMES);
   }
 
   play(): void {

@@ -77,13 +77,13 @@ export class Player extends PlayerState {
    * like the later call.
    *
    * Resolves when the frame is shown. Rejects with a StreamError if the stream cannot be received or decoded up to that
-   * frame.
+   * frame. Throws a DataCloneError, and keeps the stream that is open, if the bytes were opened before.
    */
   open(source: StreamSource, { frame = null }: OpenOptions = {}): Promise<StreamInfo> {
+    this.#playback.open(source, frame);
     this.#isSceneMeasured = false;
     this.#recorder = new Recorder();
     const promise = this.#pendingPromises.waitForOpen();
-    this.#playback.open(source, frame);
     this.#handleStateChange();
     return promise;
   }

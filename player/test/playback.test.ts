@@ -184,6 +184,22 @@ browserTest("an element that has opened bytes can be moved, and then opens its s
   assert.deepEqual(frames, [0, null, 0]);
 });
 
+browserTest("bytes that were opened before are an error, after which the open stream still plays", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const results = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const bytes = await (await fetch("stream.quarc")).arrayBuffer();
+    await player.open({ bytes });
+    try {
+      return [await player.open({ bytes })];
+    } catch (error) {
+      return [(error as Error).name, player.isWaiting, await player.setFrame(5)];
+    }
+  });
+  assert.deepEqual(results, ["DataCloneError", false, 5]);
+});
+
 browserTest("programs can open relative addresses, like the attribute src", async () => {
   await using page = await PlayerPage.open({ attributes: null });
   const frames = await page.page.evaluate(async () => {
