@@ -128,11 +128,12 @@ def _make_temporary_folder(target: Path) -> OutputFolder:
         temporary_path = make_temporary_path(target, PART_SUFFIX)
         try:
             temporary_path.mkdir()
+        except FileExistsError:
+            continue
+        try:
             return mark_folder(temporary_path)
-        except (FileExistsError, FileNotFoundError):
-            # The name exists, or another process has removed the folder because it was empty.
-            if not temporary_path.parent.is_dir():
-                raise
+        except FileNotFoundError:  # another process has removed the folder because it was empty
+            continue
         except BaseException:
             with suppress(OSError):
                 temporary_path.rmdir()

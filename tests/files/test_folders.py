@@ -262,3 +262,15 @@ def test_a_mount_point_is_rejected_before_anything_is_written(tmp_path, monkeypa
         written_folder(tmp_path),
     ):
         pytest.fail("the folder was opened")
+
+
+def test_a_parent_in_which_no_folder_can_be_made_is_an_error(tmp_path, monkeypatch):
+    errors = [AssertionError("tried again"), FileNotFoundError("as in /proc")]
+
+    def refuse(_):
+        raise errors.pop()
+
+    monkeypatch.setattr(Path, "mkdir", refuse)
+
+    with pytest.raises(FileNotFoundError), written_folder(tmp_path / "out"):
+        pytest.fail("the folder was made")
