@@ -216,7 +216,10 @@ export class Player extends PlayerState {
     return this.#stage.takePicture(camera, format);
   }
 
-  /** Set a function that is called with every decoded packet, before the packet is shown. */
+  /**
+   * Set a function that is called with every decoded packet, before the packet is shown. It replaces the function that was
+   * set before; `<quarc-player>` has set one, without which its timeline stays empty.
+   */
   onDecoded(listener: (packet: FramePacket) => void): void {
     this.#decodedListener = listener;
   }
