@@ -33,10 +33,10 @@ export class Playback {
   #pendingSteps = 0; // number of single-frame steps whose frames are not shown yet
   #isPlaying = false;
   #isLooping = false;
+  #speed = 1;
 
   /** Number of frames of this stream that were not decoded when they were due. */
   lateFrames = 0;
-  speed = 1;
 
   constructor(decoder: Worker, screen: Screen, events: PlaybackEvents) {
     this.#screen = screen;
@@ -62,6 +62,18 @@ export class Playback {
     if (isLooping) this.#decodeNextLap();
     else if (this.#isLastShown && !this.isSeeking) this.#dropNextLap();
     this.#events.onState();
+  }
+
+  get speed(): number {
+    return this.#speed;
+  }
+
+  /** Set the speed; the time until the next frame changes with it. */
+  set speed(speed: number) {
+    const now = performance.now();
+    this.#dueTime = now + ((this.#dueTime - now) * this.#speed) / speed;
+    this.#speed = speed;
+    if (this.#isPlaying) this.#scheduleNext();
   }
 
   /** Ordinal of the frame that is shown; null before the first frame is shown. */

@@ -95,6 +95,15 @@ browserTest("playback restarts from the beginning after a loop has been enabled 
   assert.deepEqual((await page.run(playFrames, 5)).slice(0, 3), [0, 1, 2]);
 });
 
+browserTest("a change of the speed also changes the time of the frame that is due next", async () => {
+  await using page = await PlayerPage.open({ attributes: 'speed="1e-6"' });
+  await page.waitUntil((player) => player.frame === 0);
+  await page.run((player) => player.play());
+  await page.waitUntil((player) => player.frame === 1); // the next is due in nine hours
+  await page.run((player) => player.setAttribute("speed", "8"));
+  await page.waitUntil((player) => player.frame === 23);
+});
+
 browserTest("no frame follows the frame at which playback is paused", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);
