@@ -109,15 +109,12 @@ export class Player extends PlayerState {
    * to null if no stream is open. Rejects with a RangeError if `frame` is NaN.
    */
   setFrame(frame: number): Promise<number | null> {
-    if (Number.isNaN(frame)) {
-      return Promise.reject(new RangeError("NaN is not the ordinal of a frame"));
-    }
-    return this.#seek(() => this.#playback.setFrame(frame));
+    return this.#seek(frame, () => this.#playback.setFrame(frame));
   }
 
   /** Pause, and move by `count` frames; negative numbers move back. Resolves and rejects like `setFrame`. */
   step(count = 1): Promise<number | null> {
-    return this.#seek(() => this.#playback.step(count));
+    return this.#seek(count, () => this.#playback.step(count));
   }
 
   /** Seek to the newest frame of a live stream, or to the last frame of any other stream. Resolves like `setFrame`. */
@@ -233,7 +230,8 @@ export class Player extends PlayerState {
   }
 
   /** Begin a seek or step; resolves to the ordinal of the frame that it shows, or to null if no stream is open. */
-  #seek(begin: () => void): Promise<number | null> {
+  #seek(target: number, begin: () => void): Promise<number | null> {
+    if (Number.isNaN(target)) return Promise.reject(new RangeError("NaN is not a frame"));
     const promise = this.#pendingPromises.waitForSeek(); // before a step to a damaged frame, which fails at once
     begin();
     const { isSeeking, frame } = this.#playback;

@@ -126,9 +126,12 @@ browserTest("opening at a frame past the end shows the last frame", async () => 
   await page.waitUntil((player) => player.frame === 23);
 });
 
-browserTest("setFrame(NaN) rejects with a RangeError", async () => {
+browserTest("setFrame(NaN) and step(NaN) reject with a RangeError", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);
-  const name = await page.run((player) => player.setFrame(NaN).catch((error: Error) => error.name));
-  assert.equal(name, "RangeError");
+  const names = await page.run(async (player) => {
+    const getName = ({ name }: Error): string => name;
+    return [await player.setFrame(NaN).catch(getName), await player.step(NaN).catch(getName)];
+  });
+  assert.deepEqual(names, ["RangeError", "RangeError"]);
 });
