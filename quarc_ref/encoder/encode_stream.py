@@ -195,6 +195,7 @@ class _Encoding:
         context.observers.progress.advance("frames", frame, self.frame_count)
         rd = RateDistortion(choose_rd_factor(config, self._inter_frame_sizes), self._reference_loss)
         death_count = count_deaths(self._loop.state, self._initial_gaussian_count, config.births)
+        self._follow_exposures(frame)
         start = self._loop.start_frame(death_count)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
         moved_frame = self._loop.move_frame(start, motion.symbols, motion.updates)
@@ -209,6 +210,12 @@ class _Encoding:
         self._report_frame(kind, births.newborn.count if births else 0, all_deaths)
         context.views.drop_frames_before(frame + 1)
         self.next_frame = frame + 1
+
+    def _follow_exposures(self, frame: int) -> None:
+        """Estimate the exposures of a frame by comparing its pictures with the previous scene."""
+        config = self._config
+        if config.canonical.exposure_lr and config.motion.follow_exposures:
+            refit_exposures(self._context, self._loop.state, frame)
 
     def finish(self) -> None:
         """Write the index and the TAIL chunk, and report the end to the monitor."""
@@ -275,7 +282,7 @@ class _Encoding:
     def _prepare_inter_frames(self, state: FrameState) -> None:
         """Compute the exposures and reference loss for later frames from decoded frame 0."""
         if self._config.canonical.exposure_lr:
-            refit_exposures(self._context, state)
+            refit_exposures(self._context, state, frame=0)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
         self.next_frame = 1
         if self._checkpoint is not None:

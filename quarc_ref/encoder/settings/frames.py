@@ -78,6 +78,13 @@ class MotionSettings(Validated):
         "starts without motion.",
     )
 
+    follow_exposures: bool = described(
+        False,
+        "Whether the color gains of the cameras are estimated again in each frame, because "
+        "exposures can change over time; only if canonical.exposure_lr is above 0. False: the "
+        "gains of frame 0 are kept (paper: no gains).",
+    )
+
 
 @dataclass(frozen=True, slots=True)
 class BirthSettings(Validated):

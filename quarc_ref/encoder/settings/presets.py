@@ -96,6 +96,7 @@ _MAIN = EncoderConfig(
         rd_lambda=0.735,
         warm_start="projection",
         momentum=1.0,
+        follow_exposures=True,
     ),
     births=BirthSettings(
         iterations=40,

@@ -5,6 +5,10 @@ models the differences as view-dependent color, which is wrong for novel views. 
 training camera therefore has gains for red, green and blue, and training uses pictures
 corrected to the median gain of all cameras. The stream contains no gains; its scene has the
 median exposure, which is close to that of most cameras even if a few differ greatly.
+
+Exposures can change over time (automatic exposure, flickering lamps). In later frames, the pictures
+are therefore compared with the previous decoded scene before its motion is trained. If the
+exposures of all cameras change in the same way, the median does, so the scene follows.
 """
 
 from collections.abc import Iterable
@@ -61,8 +65,11 @@ class Exposures:
         self._normalize_gains()
 
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
-        """Replace the gains of every view with an estimate from its rendering and its picture."""
-        self.gains = torch.stack([estimate_gain(image, picture) for image, picture in pairs])
+        """Replace the gains of every view with an estimate from its rendering and its picture.
+
+        The rendering may be that of the previous frame.
+        """
+        self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
 
     def restore(self, gains: Tensor) -> None:
@@ -81,11 +88,29 @@ def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
 
     Only every fourth pixel in both directions is used, and saturated pixels are ignored.
     """
-    image, picture = (
-        image.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE],
-        picture.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE],
-    )
+    image, picture = _sample_pixels(image), _sample_pixels(picture)
     unsaturated_image = image * (picture < _SATURATION_LEVEL)
-    energy = (unsaturated_image * image).sum(dim=(0, 1))
-    gains = (unsaturated_image * picture).sum(dim=(0, 1)) / energy.clamp(min=_MIN_ENERGY)
+    energy = (unsaturated_image * image).sum(dim=0)
+    gains = (unsaturated_image * picture).sum(dim=0) / energy.clamp(min=_MIN_ENERGY)
     return torch.where(energy > _MIN_ENERGY, gains, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)
+
+
+def estimate_median_gain(image: Tensor, picture: Tensor) -> Tensor:
+    """Estimate the `[3]` gains that scale a rendering to a picture with the least absolute error.
+
+    These are medians of the ratios of the pixels, weighted by the rendering. Parts of the picture
+    that have moved or changed hardly affect them. The pixels are those of `estimate_gain`.
+    """
+    image, picture = _sample_pixels(image), _sample_pixels(picture)
+    weights = image.clamp(min=0) * (picture < _SATURATION_LEVEL)
+    ratios, order = (picture / image.clamp(min=_MIN_ENERGY)).sort(dim=0)
+    weight_sums = weights.gather(0, order).double().cumsum(dim=0)
+    total_weights = weight_sums[-1]
+    medians = (weight_sums < total_weights / 2).sum(dim=0).clamp(max=len(ratios) - 1)
+    gains = ratios.gather(0, medians[None])[0]
+    return torch.where(total_weights > _MIN_ENERGY, gains, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)
+
+
+def _sample_pixels(image: Tensor) -> Tensor:
+    """Return `[P, 3]` pixels of an image `[H, W, 3]`, evenly spaced."""
+    return image.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE].reshape(-1, 3)

@@ -1,7 +1,7 @@
-"""Measures frame 0; the results are used in all later frames.
+"""Measures frame 0 for all later frames, and the exposures of each frame.
 
 Before frame 0 is coded, its error sets the translation step in the header. Exposures and reference
-loss are computed from decoded frame 0. They depend only on the stream and the pictures, so a
+loss are computed from decoded frames. They depend only on the stream and the pictures, so a
 resumed encode computes the same values.
 """
 
@@ -48,9 +48,16 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
     return _render_attributes(context, attributes, state.scene.frame)
 
 
-def refit_exposures(context: TrainingContext, state: FrameState) -> None:
-    """Estimate the exposures of the training views from a decoded scene."""
-    context.exposures.estimate_all(render_views(context, state))
+def refit_exposures(context: TrainingContext, state: FrameState, frame: int) -> None:
+    """Estimate the exposures of the training views.
+
+    Args:
+        context: Training context, whose exposures are replaced.
+        state: Decoded state that is rendered: that of frame `frame` or of the frame before it.
+        frame: Ordinal of the frame whose pictures are compared with the renderings.
+    """
+    attributes = from_splats(dequantize(state.scene), context.device)
+    context.exposures.estimate_all(_render_attributes(context, attributes, frame))
 
 
 def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: float) -> float:

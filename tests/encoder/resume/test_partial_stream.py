@@ -24,7 +24,7 @@ CONFIG = replace(
     canonical=replace(
         SMALL.canonical, iterations=30, exposure_lr=0.2, exposure_from_iter=5, keyframe_interval=3
     ),
-    motion=replace(SMALL.motion, iterations=8, warm_start="anchors"),
+    motion=replace(SMALL.motion, iterations=8, warm_start="anchors", follow_exposures=True),
     updates=UpdateSettings(lr=0.5, rd_lambda=0.1),
     births=replace(SMALL.births, placement="errors", error_threshold=0.03, rd_selection=True),
     target_kb_per_frame=0.2,

@@ -8,8 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.decoder import dequantize
-from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.training.exposure import Exposures, estimate_gain
+from quarc_ref.encoder import EncodeOptions, encode, encode_stream
+from quarc_ref.encoder.frames.motion import fit_motion
+from quarc_ref.encoder.training.exposure import Exposures, estimate_gain, estimate_median_gain
 from quarc_ref.rendering.pictures import render_picture
 from quarc_ref.streams import decode
 from tests.encoder.toys import SMALL, make_capture
@@ -22,26 +23,47 @@ def _make_image(seed=0):
     return torch.rand(12, 16, 3, generator=torch.Generator().manual_seed(seed)) * 0.6
 
 
-@given(st.tuples(*[st.floats(0.55, 1.5)] * 3))
-def test_a_gain_is_the_factor_that_an_image_was_multiplied_by(factors):
-    gain = estimate_gain(_make_image(), _make_image() * torch.tensor(factors))
+_for_each_estimator = pytest.mark.parametrize("estimate", [estimate_gain, estimate_median_gain])
+
+
+@_for_each_estimator
+@given(factors=st.tuples(*[st.floats(0.55, 1.5)] * 3))
+def test_a_gain_is_the_factor_that_an_image_was_multiplied_by(estimate, factors):
+    gain = estimate(_make_image(), _make_image() * torch.tensor(factors))
 
     assert torch.allclose(gain, torch.tensor(factors), rtol=1e-4)
 
 
-def test_saturated_pixels_are_ignored():
+@_for_each_estimator
+def test_saturated_pixels_are_ignored(estimate):
     image, picture = _make_image(), _make_image() * 1.2
     picture[:5] = 1.0
 
-    assert torch.allclose(estimate_gain(image, picture), torch.tensor(1.2), rtol=1e-4)
+    assert torch.allclose(estimate(image, picture), torch.tensor(1.2), rtol=1e-4)
 
 
-def test_a_black_image_gives_no_gain():
-    assert torch.equal(estimate_gain(torch.zeros(4, 4, 3), _make_image()[:4, :4]), torch.ones(3))
+@_for_each_estimator
+def test_a_black_image_gives_no_gain(estimate):
+    assert torch.equal(estimate(torch.zeros(4, 4, 3), _make_image()[:4, :4]), torch.ones(3))
 
 
-def test_gains_are_bounded():
-    assert torch.equal(estimate_gain(_make_image(), _make_image() * 1e-3), torch.full((3,), 0.5))
+@_for_each_estimator
+def test_a_white_picture_gives_no_gain(estimate):
+    assert torch.equal(estimate(_make_image(), torch.ones(12, 16, 3)), torch.ones(3))
+
+
+@_for_each_estimator
+def test_gains_are_bounded(estimate):
+    assert torch.equal(estimate(_make_image(), _make_image() * 1e-3), torch.full((3,), 0.5))
+
+
+@given(st.integers(0, 4), st.floats(0, 0.9))
+def test_parts_that_have_changed_do_not_change_a_median_gain(row, level):
+    image = torch.full((20, 16, 3), 0.5)
+    picture = image * 1.2
+    picture[4 * row : 4 * row + 4] = level
+
+    assert torch.allclose(estimate_median_gain(image, picture), torch.tensor(1.2), rtol=1e-4)
 
 
 @pytest.mark.parametrize("has_initial_estimate", [False, True])
@@ -98,3 +120,38 @@ def _held_out_error(exposure_rate):
 
 def test_correcting_gains_of_uneven_cameras_helps_the_held_out_view():
     assert _held_out_error(0.2) < 0.9 * _held_out_error(0.0)
+
+
+class _DarkeningSource:
+    """A picture source whose last camera takes darker pictures from frame to frame."""
+
+    def __init__(self, source):
+        self._source = source
+
+    def read(self, camera: int, frame: int) -> np.ndarray:
+        picture = self._source.read(camera, frame)
+        return np.round(picture * (1 - 0.1 * frame if camera == 3 else 1)).astype(np.uint8)
+
+
+@pytest.mark.parametrize("follows", [False, True])
+def test_the_gains_of_later_frames_follow_exposures_if_they_are_to(follows, monkeypatch):
+    gains = []
+
+    def record_gains(context, *arguments):
+        gains.append(context.exposures.gains[-1].clone())
+        return fit_motion(context, *arguments)
+
+    monkeypatch.setattr(encode_stream, "fit_motion", record_gains)
+    capture = make_capture(4)
+    capture._source = _DarkeningSource(capture._source)
+    config = replace(
+        SMALL,
+        canonical=replace(SMALL.canonical, exposure_lr=0.2, exposure_from_iter=90),
+        motion=replace(SMALL.motion, follow_exposures=follows),
+    )
+
+    encode(capture, io.BytesIO(), EncodeOptions(config, 4, "cpu"))
+
+    changes = torch.stack(gains) / gains[0]
+    expected = torch.tensor([0.9, 0.8, 0.7]) / 0.9 if follows else torch.ones(3)
+    assert torch.allclose(changes, expected[:, None].expand(3, 3), atol=0.03)
