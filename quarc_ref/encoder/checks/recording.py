@@ -39,16 +39,19 @@ class Recording:
         return self.is_readable[1:] & self.is_readable[:-1]
 
     @property
+    def gray_levels(self) -> NDArray[np.float32]:
+        """The `[T, rows, columns]` gray levels, 0 to 255."""
+        return self.gray_pictures.astype(np.float32) / np.float32(_GRAY_SCALE)
+
+    @property
     def changes(self) -> NDArray[np.float32]:
         """The `[T - 1, rows, columns]` absolute differences of consecutive frames, 0 to 255.
 
         Unknown changes are 0.
         """
-        differences = np.abs(np.diff(self.gray_pictures.astype(np.float32), axis=0)) / np.float32(
-            _GRAY_SCALE
-        )
+        differences = np.abs(np.diff(self.gray_levels, axis=0))
         differences[~self.is_change_known] = 0
-        return differences.astype(np.float32, copy=False)
+        return differences
 
 
 _GRAY_SCALE = 128
