@@ -100,6 +100,7 @@ impl Summary {
         };
         let metadata: BTreeMap<_, _> = self.metadata.iter().cloned().collect();
         json!({
+            "schema": "quarc/info/1", // changes with the keys
             "header": self.header.as_ref().map(describe_header),
             "frames": self.count(&[CANO, SNAP, FRAM]),
             "canonical_frames": self.count(&[CANO, SNAP]),

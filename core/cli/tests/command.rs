@@ -84,6 +84,7 @@ fn failures_are_one_line_and_an_exit_status() {
 fn a_stream_is_described() {
     let output = quarc(&["info".as_ref(), stream("journey").as_os_str(), "--json".as_ref()]);
     let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(said["schema"], "quarc/info/1");
     assert_eq!(said["frames"], 9);
     assert_eq!(said["canonical_frames"], 3);
     assert_eq!(said["bytes"], 2014);
