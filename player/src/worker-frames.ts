@@ -11,7 +11,7 @@ const FRAMES_AHEAD = 3;
  * Generate the packets of a stream in order of frames. Each packet contains the changes from the previous frame; the
  * first packet contains all Gaussians. A worker decodes a few frames ahead of the requested frame.
  *
- * Throws StreamError after the last frame before the error.
+ * Throws StreamError after the last frame before the error, and the reason of `signal` after it is aborted.
  */
 export function readFrames(
   source: StreamSource,

@@ -91,6 +91,23 @@ test("the number of listeners does not grow with the number of frames", async (c
   assert.equal(counts.at(-1), counts[1]);
 });
 
+test("a signal ends the wait for the next frame of a live stream", async () => {
+  const stream = readVector("streams/journey");
+  await using server = await StreamServer.start(stream.subarray(0, stream.length - 100));
+  const controller = new AbortController();
+  const frames: number[] = [];
+  const readAll = async (): Promise<void> => {
+    for await (const { frame } of readFrames({ url: server.url, isLive: true }, { signal: controller.signal })) {
+      frames.push(frame);
+      setTimeout(() => controller.abort(new Error("enough")), 200);
+    }
+  };
+  await assert.rejects(readAll(), /enough/);
+  assert.ok(frames.length > 0);
+  const { signal } = controller; // is already aborted
+  await assert.rejects(readFrames({ url: server.url }, { signal }).next(), /enough/);
+});
+
 /** Make a chunk (SPEC 5.2). */
 function makeChunk(type: string, sequence: number, payload: Uint8Array): Buffer {
   const header = Buffer.from("9e5143f300000000000000000000000000000000", "hex");

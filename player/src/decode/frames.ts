@@ -8,6 +8,8 @@ export interface FramesOptions {
   readonly from?: number;
   /** Called once with the description of the stream, before the first frame. */
   readonly onInfo?: (info: StreamInfo) => void;
+  /** Ends the generator when it is aborted, also while it waits for the network or for the next frame of a live stream. */
+  readonly signal?: AbortSignal;
 }
 
 /** A decoder in this thread or in a worker. */
@@ -20,12 +22,12 @@ export interface DecodeChannel {
  * first packet contains all Gaussians.
  *
  * Up to `framesAhead` frames are decoded before they are requested. Throws StreamError after the last frame before the
- * error.
+ * error, and the reason of `signal` after it is aborted.
  */
 export async function* generateFrames(
   connect: (onReply: (reply: DecodeReply) => void) => DecodeChannel,
   source: StreamSource,
-  { from: firstFrame = 0, onInfo }: FramesOptions,
+  { from: firstFrame = 0, onInfo, signal }: FramesOptions,
   framesAhead: number,
 ): AsyncGenerator<FramePacket, void, void> {
   let [run, isInfoReported] = [0, false];
@@ -38,7 +40,8 @@ export async function* generateFrames(
   const allowFrames = (frames: number): void => channel.handle({ kind: "more", frames, run });
   const nextPacket = async (): Promise<FramePacket | null> => {
     for (;;) {
-      while (replies.length === 0) await new Promise<void>((resolve) => (wakeUp = resolve));
+      while (replies.length === 0 && signal?.aborted !== true) await new Promise<void>((resolve) => (wakeUp = resolve));
+      signal?.throwIfAborted();
       const reply = replies.shift() as DecodeReply;
       if (reply.kind === "frame") {
         if (reply.packet.run === run && !reply.packet.isPreview) return reply.packet;
@@ -50,6 +53,8 @@ export async function* generateFrames(
       else if (reply.kind === "error") throw new StreamError(reply.error);
     }
   };
+  const handleAbort = (): void => wakeUp();
+  signal?.addEventListener("abort", handleAbort);
   try {
     channel.handle({ kind: "open", source, run, readsIndexFirst: true });
     allowFrames(1 + (firstFrame === 0 ? framesAhead : 0));
@@ -64,6 +69,7 @@ export async function* generateFrames(
       allowFrames(1);
     }
   } finally {
+    signal?.removeEventListener("abort", handleAbort);
     channel.handle({ kind: "close" });
   }
 }

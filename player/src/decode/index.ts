@@ -13,7 +13,7 @@ export { StreamError, type FramesOptions };
  * Generate the packets of a stream in order of frames. Each packet contains the changes from the previous frame; the
  * first packet contains all Gaussians. A frame is decoded when it is requested.
  *
- * Throws StreamError after the last frame before the error.
+ * Throws StreamError after the last frame before the error, and the reason of `signal` after it is aborted.
  */
 export function readFrames(
   source: StreamSource,
