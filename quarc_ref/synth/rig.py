@@ -5,7 +5,7 @@ the stage. The first camera, which is held out, is halfway between two other cam
 """
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ _HALF_FIELD_OF_VIEW = math.radians(25.5)
 _HALL_HALF_FIELD_OF_VIEW = math.radians(36)
 _JITTER_RANGE = 0.06  # meters; range of the random offsets of positions and targets
 _NEAR_FACTOR, _FAR_FACTOR = 0.95, 1.02
+_EXPOSURE_PERIOD = 1.0  # seconds
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,6 +36,8 @@ class RigCamera:
         width: Picture width, pixels.
         height: Picture height, pixels.
         color_matrix: `[3, 3]` matrix that maps the linear RGB of the scene to recorded linear RGB.
+        exposure_amplitude: Amplitude of the logarithm of the exposure, which changes over time.
+        exposure_phase: Phase of the exposure at time 0, radians.
     """
 
     center: Float64
@@ -43,6 +46,14 @@ class RigCamera:
     width: int
     height: int
     color_matrix: Float64
+    exposure_amplitude: float = 0.0
+    exposure_phase: float = 0.0
+
+    def at_time(self, time: float) -> "RigCamera":
+        """Return the camera with its exposure at a time in seconds."""
+        angle = 2 * math.pi * time / _EXPOSURE_PERIOD + self.exposure_phase
+        gain = math.exp(self.exposure_amplitude * math.sin(angle))
+        return replace(self, color_matrix=gain * self.color_matrix)
 
     def as_row(self) -> Float64:
         """Return the camera as `[15]` numbers for `render_kernels.render_picture`."""
@@ -77,12 +88,18 @@ def place_cameras(options: SynthOptions) -> tuple[RigCamera, ...]:
     angles = (held_out_angle, *training_angles)
     jitter = draw_uniform(options.seed, "cameras", 6 * len(angles)).reshape(-1, 6) - 0.5
     color_matrices = _make_color_matrices(len(angles), options)
+    phases = 2 * math.pi * draw_uniform(options.seed, "exposures", len(angles))
     camera_parameters = zip(
-        angles, (sum(_CAMERA_HEIGHTS) / 2, *heights), jitter, color_matrices, strict=True
+        angles, (sum(_CAMERA_HEIGHTS) / 2, *heights), jitter, color_matrices, phases, strict=True
     )
     return tuple(
-        _make_camera(angle, height, offsets * _JITTER_RANGE, color_matrix, options)
-        for angle, height, offsets, color_matrix in camera_parameters
+        replace(
+            _make_camera(angle, height, offsets * _JITTER_RANGE, options),
+            color_matrix=color_matrix,
+            exposure_amplitude=options.variant_properties.exposure_amplitude,
+            exposure_phase=float(phase),
+        )
+        for angle, height, offsets, color_matrix, phase in camera_parameters
     )
 
 
@@ -94,9 +111,7 @@ def _make_color_matrices(camera_count: int, options: SynthOptions) -> Float64:
     return np.eye(3) * gains[:, None] + spread / 10 * random_numbers[:, 1:]
 
 
-def _make_camera(
-    angle: float, height: float, offsets: Float64, color_matrix: Float64, options: SynthOptions
-) -> RigCamera:
+def _make_camera(angle: float, height: float, offsets: Float64, options: SynthOptions) -> RigCamera:
     center = (
         np.array([_ARC_RADIUS * math.sin(angle), height, _ARC_RADIUS * math.cos(angle)])
         + offsets[:3]
@@ -110,4 +125,4 @@ def _make_camera(
         _HALL_HALF_FIELD_OF_VIEW if options.variant_properties.is_hall else _HALF_FIELD_OF_VIEW
     )
     focal_length = options.width / (2 * math.tan(half_field_of_view))
-    return RigCamera(center, axes, focal_length, options.width, options.height, color_matrix)
+    return RigCamera(center, axes, focal_length, options.width, options.height, np.eye(3))

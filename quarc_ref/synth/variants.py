@@ -16,6 +16,8 @@ class Variant:
         has_balloon: Whether a balloon flies through the scene from left to right.
         camera_gain_spread: Standard deviation of the logarithm of the cameras' gains in linear
             light. The standard deviation of the crosstalk between colors is a tenth of this value.
+        exposure_amplitude: Amplitude of the sine wave in which the logarithm of a camera's exposure
+            changes over time; the phases of the cameras differ.
     """
 
     summary: str
@@ -24,6 +26,7 @@ class Variant:
     tempo: float = 1.0
     has_balloon: bool = False
     camera_gain_spread: float = 0.0
+    exposure_amplitude: float = 0.0
 
 
 PLAYROOM = Variant("a bright, detailed room")
@@ -34,6 +37,7 @@ VARIANTS = {
     "mixed-cameras": Variant(
         "cameras with different exposures and colors", camera_gain_spread=0.25
     ),
+    "auto-exposure": Variant("cameras whose exposures change over time", exposure_amplitude=0.2),
     "fast": Variant("all motion is three times as fast", tempo=3.0),
     "visitor": Variant("an object that appears and disappears", has_balloon=True),
 }

@@ -7,7 +7,6 @@ the same machine.
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from itertools import repeat
 from pathlib import Path
 
 import numpy as np
@@ -53,13 +52,14 @@ def fill_synthetic_capture(
 ) -> None:
     """Write a synthetic capture to an open output folder; see `write_synthetic_capture`."""
     scene, cameras = make_scene(options.seed, options.variant_properties), place_cameras(options)
-    arrays_per_frame = [scene.at_time(i / options.frames_per_second) for i in range(options.frames)]
+    times = [frame / options.frames_per_second for frame in range(options.frames)]
+    arrays_per_frame = [scene.at_time(time) for time in times]
     picture_count = len(cameras) * len(arrays_per_frame)
     first_pictures, poses_bounds_rows = [], []
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for index, camera in enumerate(cameras):
             views = []
-            for view in pool.map(trace_view, arrays_per_frame, repeat(camera)):
+            for view in pool.map(trace_view, arrays_per_frame, map(camera.at_time, times)):
                 views.append(view)
                 progress(index * len(arrays_per_frame) + len(views), picture_count)
             pictures = [view.picture for view in views]

@@ -54,6 +54,13 @@ def test_an_honest_variant_has_no_findings(tmp_path, variant):
     assert find_faults(tmp_path / "room") == ()
 
 
+def test_exposures_that_change_over_time_are_found(tmp_path):
+    options = SynthOptions(64, 48, frames=9, cameras=5, variant="auto-exposure")
+    write_synthetic_capture(tmp_path / "room", options)
+
+    assert [finding.kind for finding in find_faults(tmp_path / "room")] == ["exposure-changes"]
+
+
 def test_very_wide_pictures_can_be_examined(tmp_path):
     write_synthetic_capture(tmp_path / "room", SynthOptions(1920, 16, frames=2, cameras=3))
 

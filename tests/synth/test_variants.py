@@ -12,7 +12,9 @@ def _trace(variant, time=0.3, camera=0, width=96):
     """Return the picture of a variant as floats from 0 to 255."""
     options = SynthOptions(width=width, height=3 * width // 4, variant=variant)
     scene = make_scene(options.seed, options.variant_properties)
-    return trace_view(scene.at_time(time), place_cameras(options)[camera]).picture.astype(float)
+    return trace_view(
+        scene.at_time(time), place_cameras(options)[camera].at_time(time)
+    ).picture.astype(float)
 
 
 def _find_subject(time):
@@ -69,6 +71,24 @@ def test_only_one_variant_has_cameras_of_different_gain_and_color():
     assert all(
         np.array_equal(camera.color_matrix, np.eye(3)) for camera in place_cameras(SynthOptions())
     )
+
+
+def test_only_one_variant_has_exposures_that_change_over_time():
+    for variant in VARIANTS:
+        cameras = place_cameras(SynthOptions(variant=variant))
+        gains = np.array(
+            [
+                [np.trace(camera.at_time(time).color_matrix) for time in np.arange(30) / 30]
+                for camera in cameras
+            ]
+        )
+
+        logarithms = np.log(gains / gains.mean(axis=1, keepdims=True))
+        if variant == "auto-exposure":
+            assert 0.18 < np.abs(logarithms).max(axis=1).min() < 0.25
+            assert np.abs(logarithms.mean(axis=0)).max() < 0.1  # different phases
+        else:
+            assert np.abs(logarithms).max() < 1e-9
 
 
 def test_the_fast_variant_is_the_playroom_at_triple_speed():

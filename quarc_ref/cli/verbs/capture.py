@@ -14,12 +14,20 @@ from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.evaluate import print_evaluation
 from quarc_ref.inspection.wording import format_count
 
-VariantName = Literal["playroom", "bright-stage", "dark-stage", "mixed-cameras", "fast", "visitor"]
+VariantName = Literal[
+    "playroom",
+    "bright-stage",
+    "dark-stage",
+    "mixed-cameras",
+    "auto-exposure",
+    "fast",
+    "visitor",
+]
 _VARIANT_HELP = (
     "playroom: a bright, detailed room; bright-stage: one small subject in an empty hall; "
     "dark-stage: the same subject and light in a black hall; mixed-cameras: cameras with "
-    "different exposures and colors; fast: all motion is three times as fast; visitor: an "
-    "object that appears and disappears."
+    "different exposures and colors; auto-exposure: cameras whose exposures change over time; "
+    "fast: all motion is three times as fast; visitor: an object that appears and disappears."
 )
 
 
