@@ -97,7 +97,7 @@ class Ladder:
         write_status(f"{len(tasks) - len(missing)} of {len(tasks)} rows exist already")
         if not missing:
             return
-        refit_exposures(context, self._state, self._state.scene.frame)
+        refit_exposures(context, self._state)
         judge = Judge(self._capture, self._cameras)
         for number, task in enumerate(missing):
             write_status(f"{task.name}: started; {number} of {len(missing)} rows are finished")

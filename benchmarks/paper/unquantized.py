@@ -221,5 +221,5 @@ def _make_canonical_state(
     _, _, sorted_gaussians = sort_canonical(gaussians)
     state = begin_canonical(fine_header, 0, sorted_gaussians)
     if config.canonical.exposure_lr:
-        refit_exposures(context, state, frame=0)
+        refit_exposures(context, state)
     return state

@@ -48,6 +48,7 @@ from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers, TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.first_frame import (
+    follow_exposures,
     measure_error,
     measure_loss,
     refit_exposures,
@@ -215,7 +216,7 @@ class _Encoding:
         """Estimate the exposures of a frame by comparing its pictures with the previous scene."""
         config = self._config
         if config.canonical.exposure_lr and config.motion.follow_exposures:
-            refit_exposures(self._context, self._loop.state, frame)
+            follow_exposures(self._context, self._loop.state, frame)
 
     def finish(self) -> None:
         """Write the index and the TAIL chunk, and report the end to the monitor."""
@@ -282,7 +283,7 @@ class _Encoding:
     def _prepare_inter_frames(self, state: FrameState) -> None:
         """Compute the exposures and reference loss for later frames from decoded frame 0."""
         if self._config.canonical.exposure_lr:
-            refit_exposures(self._context, state, frame=0)
+            refit_exposures(self._context, state)
         self._reference_loss = measure_loss(self._context, state, self._config.motion.lambda_dssim)
         self.next_frame = 1
         if self._checkpoint is not None:

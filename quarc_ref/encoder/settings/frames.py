@@ -81,8 +81,8 @@ class MotionSettings(Validated):
     follow_exposures: bool = described(
         False,
         "Whether the color gains of the cameras are estimated again in each frame, because "
-        "exposures can change over time; only if canonical.exposure_lr is above 0. False: the "
-        "gains of frame 0 are kept (paper: no gains).",
+        "exposures can change over time; changes of up to 1 % are ignored. Only if "
+        "canonical.exposure_lr is above 0. False: the gains of frame 0 are kept (paper: no gains).",
     )
 
 

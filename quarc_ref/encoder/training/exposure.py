@@ -7,8 +7,8 @@ corrected to the median gain of all cameras. The stream contains no gains; its s
 median exposure, which is close to that of most cameras even if a few differ greatly.
 
 Exposures can change over time (automatic exposure, flickering lamps). In later frames, the pictures
-are therefore compared with the previous decoded scene before its motion is trained. If the
-exposures of all cameras change in the same way, the median does, so the scene follows.
+are therefore compared with the previous decoded scene before its motion is trained. The scene
+follows a change that most cameras see, because it changes the median.
 """
 
 from collections.abc import Iterable
@@ -21,6 +21,9 @@ _MIN_GAIN, _MAX_GAIN = 0.5, 2.0
 _SATURATION_LEVEL = 0.98
 _PIXEL_STRIDE = 4
 _MIN_ENERGY = 1e-6
+# Logarithm of the largest change of a gain that may be an error of its estimate. Where nothing
+# changes, estimates for successive frames differ by about a tenth of this.
+_MAX_NOISE = 0.01
 
 
 class Exposures:
@@ -36,6 +39,7 @@ class Exposures:
 
     def __init__(self, view_count: int, device: torch.device) -> None:
         self.gains = torch.ones((view_count, 3), device=device)
+        self._first_gains = self.gains
         self._corrected_pictures = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
@@ -67,10 +71,26 @@ class Exposures:
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Replace the gains of every view with an estimate from its rendering and its picture.
 
-        The rendering may be that of the previous frame.
+        Args:
+            pairs: For each view, `[H, W, 3]` rendering and picture of frame 0.
         """
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
+        self._first_gains = self.gains
+
+    def follow(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
+        """Change the gains of `estimate_all` to those of a later frame.
+
+        Changes of up to 1 % may be errors of the estimate and are ignored; larger changes are
+        reduced by 1 %.
+
+        Args:
+            pairs: For each view, `[H, W, 3]` rendering of the previous frame, and picture.
+        """
+        self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
+        self._normalize_gains()
+        changes = torch.log(self.gains / self._first_gains)
+        self.gains = self._first_gains * torch.nn.functional.softshrink(changes, _MAX_NOISE).exp()
 
     def restore(self, gains: Tensor) -> None:
         """Replace the gains with `[V, 3]` gains from a checkpoint."""

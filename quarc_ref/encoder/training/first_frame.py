@@ -48,16 +48,21 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
     return _render_attributes(context, attributes, state.scene.frame)
 
 
-def refit_exposures(context: TrainingContext, state: FrameState, frame: int) -> None:
-    """Estimate the exposures of the training views.
+def refit_exposures(context: TrainingContext, state: FrameState) -> None:
+    """Estimate the exposures of the training views from the decoded scene of frame 0."""
+    context.exposures.estimate_all(render_views(context, state))
+
+
+def follow_exposures(context: TrainingContext, state: FrameState, frame: int) -> None:
+    """Estimate the exposures of a later frame; see `Exposures.follow`.
 
     Args:
-        context: Training context, whose exposures are replaced.
-        state: Decoded state that is rendered: that of frame `frame` or of the frame before it.
-        frame: Ordinal of the frame whose pictures are compared with the renderings.
+        context: Training context whose exposures have been estimated for frame 0.
+        state: Decoded state of the previous frame.
+        frame: Ordinal of the frame.
     """
     attributes = from_splats(dequantize(state.scene), context.device)
-    context.exposures.estimate_all(_render_attributes(context, attributes, frame))
+    context.exposures.follow(_render_attributes(context, attributes, frame))
 
 
 def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: float) -> float:

@@ -84,6 +84,20 @@ def test_the_gains_of_the_views_are_found_and_their_median_is_one(has_initial_es
     assert torch.allclose(corrected, pairs[2][0], atol=2e-3)
 
 
+def test_gains_follow_changes_that_are_no_errors_of_the_estimate():
+    exposures, image = Exposures(4, _CPU), _make_image()
+    gains, changes = torch.tensor([0.9, 1.0, 1.1, 1.0]), torch.tensor([1.004, 1.0, 1.2, 0.997])
+    exposures.estimate_all((image, image * gain) for gain in gains)
+    first_gains = exposures.gains
+
+    for _ in range(2):  # a change does not depend on those before it
+        exposures.follow((image, image * gain) for gain in gains * changes)
+
+    expected = torch.tensor([1.0, 1.0, 1.2 / 1.01, 1.0])
+    assert torch.allclose(exposures.gains / first_gains, expected[:, None], rtol=3e-3)
+    assert torch.equal(exposures.gains[0], first_gains[0])
+
+
 def test_a_corrected_picture_is_kept_until_the_gains_change():
     exposures, picture = Exposures(2, _CPU), _make_image()
     corrected = exposures.correct(picture, 1)
