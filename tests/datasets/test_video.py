@@ -41,7 +41,7 @@ def test_no_frame_stays_in_memory_until_garbage_is_collected(video):
 
 
 def _count_frames_in_memory():
-    return sum(isinstance(item, av.VideoFrame) for item in gc.get_objects())
+    return sum(type(item) is av.VideoFrame for item in gc.get_objects())
 
 
 def test_size_rate_and_count_are_those_of_the_video(video):
