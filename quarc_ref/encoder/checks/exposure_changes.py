@@ -30,6 +30,7 @@ def find_exposure_changes(
     if len(measured) < _MIN_CAMERAS:
         return
     logarithms = np.log(np.stack([gain for gain in gains if gain is not None]))
+    logarithms = logarithms[:, ~np.isnan(logarithms).all(axis=0)]  # frames of at least one camera
     own = logarithms - np.nanmedian(logarithms, axis=0)
     changes = np.expm1(np.nanmax(own, axis=1) - np.nanmin(own, axis=1))
     faulty = {names[measured[row]]: changes[row] for row in np.flatnonzero(changes > _MAX_CHANGE)}

@@ -77,7 +77,6 @@ class MotionSettings(Validated):
         "Factor by which the initial motion residuals of a frame are multiplied; 0: training "
         "starts without motion.",
     )
-
     follow_exposures: bool = described(
         False,
         "Whether the color gains of the cameras are estimated again in each frame, because "

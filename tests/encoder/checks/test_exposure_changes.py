@@ -38,6 +38,14 @@ def test_a_camera_whose_exposure_changes_is_found(unreadable_frames):
         assert "cam03 by 12 %" in finding.message
 
 
+def test_a_frame_that_no_camera_has_is_left_out():
+    recordings = [_make_recording(seed, unreadable_frames=(3,)) for seed in range(3)]
+
+    (finding,) = _find(*recordings, _make_recording(3, _SLOW, (3,)))
+
+    assert finding.cameras == ("cam03",)
+
+
 @pytest.mark.parametrize("gains", [1.0, _SLOW, [1, 1, 1, 0.001, 1, 1]])
 def test_a_change_of_all_cameras_is_one_of_the_light(gains):
     assert _find(*(_make_recording(seed, gains) for seed in range(4))) == []
