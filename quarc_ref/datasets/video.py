@@ -149,12 +149,32 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
         if frame.format.components[0].bits > _MAX_LEVEL_BITS:
             levels = frame.to_ndarray(format="rgb48le") / _DEEP_LEVELS_PER_LEVEL
             return np.asarray(np.rint(levels), dtype=np.uint8)
+        height, width = frame.height, frame.width
         if frame.format.name in _FULL_CHROMA:
-            frame = frame.reformat(format=_FULL_CHROMA[frame.format.name])
-        return np.ascontiguousarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)
+            frame = _pad_to_even_size(frame).reformat(format=_FULL_CHROMA[frame.format.name])
+        picture = frame.to_ndarray(format="rgb24")[:height, :width]
+        return np.ascontiguousarray(picture, dtype=np.uint8)
     except (av.FFmpegError, ValueError) as error:
         message = f"{path} cannot be converted to RGB ({error}): export it again"
         raise UnreadableVideoError(message) from error
+
+
+def _pad_to_even_size(frame: av.VideoFrame) -> av.VideoFrame:
+    """Return a frame whose chroma has exactly half its size, by repeating the last pixels.
+
+    FFmpeg would scale the chroma of an odd size by less than two, and so shift the colors.
+    """
+    width, height = frame.width + frame.width % 2, frame.height + frame.height % 2
+    if (width, height) == (frame.width, frame.height):
+        return frame
+    padded = av.VideoFrame(width, height, frame.format.name)
+    padded.colorspace, padded.color_range = frame.colorspace, frame.color_range
+    for plane, padded_plane in zip(frame.planes, padded.planes, strict=True):
+        rows = np.frombuffer(memoryview(plane), np.uint8).reshape(plane.height, -1)[:, : plane.width]
+        size = (padded_plane.height, padded_plane.line_size)
+        padding = [(0, new - old) for new, old in zip(size, rows.shape, strict=True)]
+        padded_plane.update(np.pad(rows, padding, mode="edge").tobytes())
+    return padded
 
 
 class _Packet(NamedTuple):

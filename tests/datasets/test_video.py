@@ -275,6 +275,19 @@ def test_a_jpeg_file_is_as_bright_as_libjpeg_decodes_it(tmp_path, sampling):
     assert np.abs(bias).max() < 0.25
 
 
+@pytest.mark.parametrize("size", [(64, 64), (63, 64), (64, 63), (63, 63)])
+@pytest.mark.parametrize("sampling", ["420", "422", "440", "444"])
+def test_the_colors_of_a_jpeg_file_are_where_libjpeg_decodes_them(tmp_path, sampling, size):
+    picture = np.full((64, 64, 3), (200, 30, 30), np.uint8)
+    picture[::16], picture[:, ::16] = 255, 255
+    factor = getattr(cv2, f"IMWRITE_JPEG_SAMPLING_FACTOR_{sampling}")
+    path, (width, height) = tmp_path / "a.jpg", size
+    cv2.imwrite(str(path), picture[:height, :width], [cv2.IMWRITE_JPEG_SAMPLING_FACTOR, factor])
+    expected = cv2.imread(str(path))[..., ::-1]
+
+    assert np.abs(read_still(path).astype(int) - expected).max() <= 3
+
+
 def test_gray_and_transparent_pictures_are_read_as_rgb(tmp_path, decoded_frames):
     gray = decoded_frames[0][..., 0]
     cv2.imwrite(str(tmp_path / "gray.png"), gray)
