@@ -1,4 +1,7 @@
-"""Checks the frame rate of a capture, and that its videos agree in rate, length and rotation."""
+"""Checks the frame rate and colors of a capture, and that its videos agree.
+
+They should have the same frame rate, length and rotation flag.
+"""
 
 import math
 from collections import Counter
@@ -9,7 +12,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import FrameRateError
-from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding
+from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding, format_names
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 
@@ -109,6 +112,24 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
         "remove the flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
     )
     return Finding("rotation-flags", message, tuple(names[i] for i in outliers))
+
+
+def find_hdr_videos(names: Sequence[str], hdr_flags: Sequence[bool]) -> Finding | None:
+    """Return a finding if there are HDR videos, and None otherwise.
+
+    Args:
+        names: Names of the cameras.
+        hdr_flags: `[camera]` whether the video is HDR.
+    """
+    hdr_names = tuple(name for name, is_hdr in zip(names, hdr_flags, strict=True) if is_hdr)
+    if not hdr_names:
+        return None
+    message = (
+        f"the videos of {format_names(hdr_names)} are HDR (PQ or HLG), but are used as if they "
+        "were sRGB, so colors are wrong and mostly pale: convert them to SDR (with the filters "
+        "zscale and tonemap of ffmpeg), or turn off HDR in the cameras"
+    )
+    return Finding("hdr-video", message, hdr_names)
 
 
 def _require_constant_frame_rate(video: VideoReader) -> None:

@@ -13,6 +13,7 @@ from typing import NoReturn
 from quarc_ref.datasets.agreement import (
     compare_lengths,
     compare_rotations,
+    find_hdr_videos,
     require_usable_frame_rate,
 )
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
@@ -155,7 +156,7 @@ def _synchronize(
         options: Options, of which only the range of frames is used.
 
     Returns:
-        The footage, with added findings about rotations and lengths, and the synchronized
+        The footage, with added findings about rotations, HDR and lengths, and the synchronized
         pictures.
 
     Raises:
@@ -172,6 +173,7 @@ def _synchronize(
     findings = [
         *(finding for finding in footage.findings if not _is_resolved(finding, offsets)),
         compare_rotations(names, footage.source.rotations),
+        find_hdr_videos(names, footage.source.hdr_flags),
     ]
     if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
         lengths = footage.source.lengths

@@ -27,6 +27,7 @@ class Pictures(PictureSource, Protocol):
         sizes: `[camera]` width and height, pixels.
         lengths: `[camera]` number of frames.
         rotations: `[camera]` rotation flag of the video, in degrees counterclockwise.
+        hdr_flags: `[camera]` whether the video is HDR.
         frames_per_second: Frame rate of all cameras.
     """
 
@@ -34,6 +35,7 @@ class Pictures(PictureSource, Protocol):
     sizes: tuple[Size, ...]
     lengths: tuple[int, ...]
     rotations: tuple[int, ...]
+    hdr_flags: tuple[bool, ...]
     frames_per_second: float
 
 
@@ -54,6 +56,7 @@ class VideoPictures:
         self.sizes = tuple((reader.width, reader.height) for reader in readers)
         self.lengths = tuple(reader.frame_count for reader in readers)
         self.rotations = tuple(reader.rotation for reader in readers)
+        self.hdr_flags = tuple(reader.is_hdr for reader in readers)
         self.frames_per_second = self._readers[0].frames_per_second
 
     def read(self, camera: int, frame: int) -> Image:
@@ -82,6 +85,7 @@ class FilePictures:
         )
         self.lengths = tuple(len(camera_paths) for camera_paths in self.paths)
         self.rotations = (0,) * len(self.paths)  # files with a rotation flag are rejected
+        self.hdr_flags = (False,) * len(self.paths)
         self.frames_per_second = DEFAULT_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 import av
 import numpy as np
 from av.container import InputContainer
+from av.video.reformatter import ColorTrc
 from av.video.stream import VideoStream
 
 from quarc_ref.datasets.calibration import Float64Array
@@ -27,6 +28,7 @@ from quarc_ref.datasets.orientation import require_unmirrored, rotate_upright
 _MAX_LEVEL_BITS = 8
 _FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
 _DEEP_LEVELS_PER_LEVEL = 65535 // 255  # levels of 16 bits per level of 8 bits
+_HDR_TRANSFERS = (ColorTrc.SMPTE2084, ColorTrc.ARIB_STD_B67)  # PQ and HLG
 
 
 class VideoReader:
@@ -44,6 +46,7 @@ class VideoReader:
         height: Height of the upright pictures, pixels.
         frames_per_second: Average frame rate.
         rotation: Degrees counterclockwise by which pictures are rotated upright.
+        is_hdr: Whether the levels are those of HDR, which are not converted to sRGB.
         frame_count: Number of frames in the file.
         frame_times: `[frame_count]` times in seconds, ascending.
         time_base_seconds: Time base of the video in seconds; every frame time is a multiple of it.
@@ -95,6 +98,7 @@ class VideoReader:
             raise UnreadableVideoError(message)
         self._next_frame = frame + 1
         self.rotation = decoded.rotation
+        self.is_hdr = decoded.color_trc in _HDR_TRANSFERS
         try:
             if frame == 0:  # all frames of a video have its display matrix
                 require_unmirrored(decoded)
@@ -170,7 +174,8 @@ def _pad_to_even_size(frame: av.VideoFrame) -> av.VideoFrame:
     padded = av.VideoFrame(width, height, frame.format.name)
     padded.colorspace, padded.color_range = frame.colorspace, frame.color_range
     for plane, padded_plane in zip(frame.planes, padded.planes, strict=True):
-        rows = np.frombuffer(memoryview(plane), np.uint8).reshape(plane.height, -1)[:, : plane.width]
+        stored_rows = np.frombuffer(memoryview(plane), np.uint8).reshape(plane.height, -1)
+        rows = stored_rows[:, : plane.width]
         size = (padded_plane.height, padded_plane.line_size)
         padding = [(0, new - old) for new, old in zip(size, rows.shape, strict=True)]
         padded_plane.update(np.pad(rows, padding, mode="edge").tobytes())

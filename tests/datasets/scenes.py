@@ -9,6 +9,7 @@ import av
 import cv2
 import numpy as np
 import pycolmap
+from av.video.reformatter import ColorTrc
 
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.points_ply import write_points_ply
@@ -109,7 +110,14 @@ def make_plane_points(count=200):
 
 
 def write_video(
-    path, pictures, *, faststart=False, key_interval=4, codec="libx264", rate=FRAMES_PER_SECOND
+    path,
+    pictures,
+    *,
+    faststart=False,
+    key_interval=4,
+    codec="libx264",
+    rate=FRAMES_PER_SECOND,
+    transfer=ColorTrc.UNSPECIFIED,
 ):
     """Write pictures as a video with B-frames."""
     options = {"movflags": "faststart"} if faststart else {}
@@ -119,6 +127,7 @@ def write_video(
         stream.pix_fmt = "yuv420p"
         stream.codec_context.gop_size = key_interval
         stream.codec_context.max_b_frames = 2
+        stream.codec_context.color_trc = transfer
         for picture in pictures:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         container.mux(stream.encode())

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from av.video.reformatter import ColorTrc
 
 from quarc_ref.datasets.agreement import compare_lengths, require_common_frame_rate
 from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
@@ -149,3 +150,19 @@ def test_of_many_unusual_videos_only_some_are_named():
     assert finding.message.count(" has ") == 5
     assert " and 7 more differ, but the others have 6: " in finding.message
     assert len(finding.cameras) == 12
+
+
+@pytest.mark.parametrize("transfer", [ColorTrc.SMPTE2084, ColorTrc.ARIB_STD_B67])
+def test_hdr_videos_are_named(folder, pictures, transfer):
+    scenes.write_video(folder / "cam03.mp4", pictures[2], transfer=transfer)
+    (finding,) = open_capture(folder).findings
+
+    assert (finding.kind, finding.cameras) == ("hdr-video", ("cam03",))
+    assert "videos of cam03 are HDR" in finding.message
+
+
+@pytest.mark.parametrize("transfer", [ColorTrc.BT709, ColorTrc.IEC61966_2_1])
+def test_videos_in_the_usual_colors_are_no_finding(folder, pictures, transfer):
+    scenes.write_video(folder / "cam03.mp4", pictures[2], transfer=transfer)
+
+    assert open_capture(folder).findings == ()

@@ -5,6 +5,7 @@ import shutil
 import av
 import cv2
 import numpy as np
+from av.video.reformatter import ColorTrc
 
 from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
 from tests.datasets import forgeries, scenes
@@ -55,6 +56,10 @@ def truncate_video(folder):
 def add_rotation_flag(folder):
     path = folder / f"{CAMERA}.mp4"
     path.write_bytes(forgeries.show_video(path.read_bytes(), "half a turn"))
+
+
+def record_in_hdr(folder):
+    rewrite_video(folder, list, transfer=ColorTrc.ARIB_STD_B67)
 
 
 def darken_video(folder):
@@ -136,6 +141,7 @@ FAULTS = {
     shorten_video: ("uneven-lengths", (CAMERA,)),
     truncate_video: ("unreadable-video", ()),
     add_rotation_flag: ("rotation-flags", (CAMERA,)),
+    record_in_hdr: ("hdr-video", (CAMERA,)),
     darken_video: ("exposure-differs", (CAMERA,)),
     tint_video: ("colors-differ", (CAMERA,)),
     blur_video: ("blurred", (CAMERA,)),
