@@ -20,12 +20,14 @@ from quarc_ref.datasets.errors import (
     UnsupportedCameraError,
 )
 
+_FISHEYE_MODEL = "OPENCV_FISHEYE"
 _COEFFICIENT_NAMES = {
-    "PINHOLE": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
-    "OPENCV": ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
-    "OPENCV_FISHEYE": ("k1", "k2", "k3", "k4"),
+    **dict.fromkeys(
+        ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"),
+        ("k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"),
+    ),
+    _FISHEYE_MODEL: ("k1", "k2", "k3", "k4"),
 }
-_DEFAULT_MODEL = "OPENCV"
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,7 +133,8 @@ def _parse_matrix(values: Mapping[str, object]) -> tuple[float, ...]:
 
 
 def _parse_lens(values: Mapping[str, object]) -> Lens:
-    model = values.get("camera_model", _DEFAULT_MODEL)
+    default_model = _FISHEYE_MODEL if values.get("is_fisheye") else "OPENCV"  # as instant-ngp
+    model = values.get("camera_model", default_model)
     if model not in _COEFFICIENT_NAMES:
         message = (
             f"camera model {model} is not supported; use one of {', '.join(_COEFFICIENT_NAMES)}"
@@ -152,7 +155,7 @@ def _parse_lens(values: Mapping[str, object]) -> Lens:
         cx=_get_number(values, "cx"),
         cy=_get_number(values, "cy"),
         coefficients=tuple(coefficients),
-        fisheye=model == "OPENCV_FISHEYE",
+        fisheye=model == _FISHEYE_MODEL,
     )
 
 

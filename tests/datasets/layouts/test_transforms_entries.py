@@ -83,6 +83,25 @@ def test_coefficients_are_in_the_order_of_opencv(path):
     assert fisheye.fisheye
 
 
+@pytest.mark.parametrize("model", ["SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL"])
+def test_a_model_with_fewer_coefficients_is_that_of_opencv(path, model):
+    document = {**SHARED, "k1": 0.1, "frames": [FRAME]}
+    lenses = [
+        read(path, {**document, "camera_model": name}).entries[0].lens for name in (model, "OPENCV")
+    ]
+
+    assert lenses[0] == lenses[1]
+
+
+@pytest.mark.parametrize("is_fisheye", [False, True])
+def test_instant_ngp_marks_fisheye_lenses_without_a_model(path, is_fisheye):
+    named = {"k1": 1, "k2": 2, "k3": 3, "k4": 4, "is_fisheye": is_fisheye}
+    lens = read(path, {**SHARED, **named, "frames": [FRAME]}).entries[0].lens
+
+    assert lens.fisheye == is_fisheye
+    assert lens.coefficients[:4] == ((1, 2, 3, 4) if is_fisheye else (1, 2, 0, 0))
+
+
 def test_a_pose_is_converted_from_the_axes_of_opengl(path):
     shot = scenes.make_shots()[1]
     frame = {**FRAME, "transform_matrix": scenes.make_opengl_matrix(shot)}
