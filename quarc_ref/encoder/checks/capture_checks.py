@@ -266,16 +266,18 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
             "pixels that their poses predict. If other cameras are fine, these poses are wrong: "
             "calibrate again with more matches (calibrate --moments 16), or check that pose, "
             "intrinsics and picture belong to the same camera. If many cameras are listed, the "
-            "points probably belong to another scene or time. To exclude these cameras from "
-            f"training, use {_hold_out_options(capture, names)}"
+            f"points probably belong to another scene or time{_suggest_holding_out(capture, names)}"
         )
         yield Finding("pose-disagrees", message, names)
 
 
-def _hold_out_options(capture: Capture, names: Sequence[str]) -> str:
-    """Return `--held-out` options for these cameras and for those already held out."""
+def _suggest_holding_out(capture: Capture, names: Sequence[str]) -> str:
+    """Return advice to exclude training cameras; empty if too few others would be left."""
+    if len(capture.training) - len(names) < _MIN_TRAINING_CAMERAS:
+        return ""
     held_out = [capture.cameras[index].name for index in capture.held_out]
-    return " ".join(f"--held-out {name}" for name in [*held_out, *names])
+    options = " ".join(f"--held-out {name}" for name in [*held_out, *names])
+    return f". To exclude these cameras from training, use {options}"
 
 
 def _camera_names(

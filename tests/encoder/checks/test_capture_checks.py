@@ -216,6 +216,7 @@ def test_a_displaced_camera_is_named(correct_capture, step):
     (finding,) = check_capture(move_camera(correct_capture, 2, step))
 
     assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam02",))
+    assert finding.message.endswith("use --held-out cam00 --held-out cam02")
 
 
 def test_points_with_wrong_colors_disagree_with_all_pictures(correct_capture):
@@ -227,6 +228,7 @@ def test_points_with_wrong_colors_disagree_with_all_pictures(correct_capture):
     assert finding.kind == "pose-disagrees"
     assert len(finding.cameras) == 8
     assert "cam01, cam02, cam03, cam04, cam05 and 3 more" in finding.message
+    assert "--held-out" not in finding.message  # no camera would be left to train
 
 
 def test_points_of_one_color_give_no_evidence_about_poses(correct_capture):
