@@ -15,6 +15,7 @@ from quarc_ref.datasets.arrangements import (
 )
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
+from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 from quarc_ref.inspection.wording import format_count
 
 MIN_CAMERAS = 3
@@ -77,7 +78,7 @@ def find_recordings(folder: Path, frames_per_second: float | None = None) -> Rec
         message = (
             f"{folder} has recordings of {format_count(len(files), 'camera')}, but at least "
             f"{MIN_CAMERAS} are needed: put one video or one folder of pictures per camera into "
-            "this folder"
+            f"this folder{describe_unsupported_files(folder)}"
         )
         raise CalibrationError(message)
     names = sorted(files, key=natural_order)

@@ -16,6 +16,7 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.frame_numbers import find_gap
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
+from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 from quarc_ref.datasets.video import VideoReader
 
 VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".qt", ".3gp", ".3g2", ".mkv", ".webm")
@@ -157,6 +158,7 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         message = (
             f"{folder} has poses for cameras {_join_names(names)}, but no pictures of these "
             f"cameras; looked for {patterns} (or other suffixes of videos and pictures)"
+            f"{describe_unsupported_files(folder)}"
         )
         raise MissingFileError(message)
     message = (

@@ -33,6 +33,7 @@ from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.points_ply import read_points_ply
+from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 
 POSES_NAME = "poses_bounds.npy"
 _ROW_LENGTH = 17
@@ -78,7 +79,10 @@ def _find_files(folder: Path, camera_count: int) -> Files:
             candidates.append(files)
     if not candidates:
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS).replace("NAME", "cam00")
-        message = f"{folder} has {POSES_NAME}, but no videos or pictures: looked for {patterns}"
+        message = (
+            f"{folder} has {POSES_NAME}, but no videos or pictures: looked for {patterns}"
+            f"{describe_unsupported_files(folder)}"
+        )
         raise MissingFileError(message)
     message = (
         f"{folder / POSES_NAME} has {camera_count} poses, but there are {len(candidates[0])} "

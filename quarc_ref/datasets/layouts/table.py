@@ -15,6 +15,7 @@ from quarc_ref.datasets.layouts.easymocap import read_easymocap
 from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.layouts.panoptic import read_panoptic
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
+from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,7 +112,7 @@ def _suggest_remedy(folder: Path) -> str:
             return f". Its subfolder {subfolder.name} is a capture: use {subfolder}"
     video_count, folder_count = len(list_videos(folder)), len(list_picture_folders(folder))
     if max(video_count, folder_count) < 2:
-        return ""
+        return describe_unsupported_files(folder)
     contents = (
         f"{video_count} videos"
         if video_count >= folder_count

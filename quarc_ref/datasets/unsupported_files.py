@@ -1,0 +1,29 @@
+"""Finds pictures and videos in formats that cannot be read, for errors about missing recordings."""
+
+from itertools import chain, islice
+from pathlib import Path
+
+_SUFFIXES = frozenset(
+    {
+        *(".avi", ".flv", ".insv", ".m2ts", ".mpeg", ".mpg", ".mts", ".mxf", ".wmv"),
+        *(".avif", ".bmp", ".exr", ".heic", ".heif", ".tif", ".tiff", ".webp"),
+        *(".arw", ".cr2", ".cr3", ".dng", ".nef"),
+    }
+)
+_PATTERNS = ("*", "*/*", "*/*/*")  # as deep as images/NAME/0000.png
+_MAX_PATHS = 10_000  # of each pattern
+
+
+def describe_unsupported_files(folder: Path) -> str:
+    """Return advice about a folder that has files in other formats, to append to an error message.
+
+    The result is empty if there are no such files.
+    """
+    paths = chain.from_iterable(islice(folder.glob(pattern), _MAX_PATHS) for pattern in _PATTERNS)
+    for path in paths:
+        if path.suffix.lower() in _SUFFIXES and not path.name.startswith("."):
+            return (
+                f". Files such as {path.relative_to(folder)} cannot be read: convert videos to "
+                "mp4, and pictures to PNG or JPEG"
+            )
+    return ""

@@ -1,0 +1,40 @@
+"""Errors about missing recordings name files that cannot be read."""
+
+import numpy as np
+import pytest
+
+from quarc_ref.calibration.errors import CalibrationError
+from quarc_ref.calibration.recordings import find_recordings
+from quarc_ref.datasets.errors import MissingFileError, UnknownLayoutError
+from quarc_ref.datasets.layouts.n3dv import read_n3dv
+from quarc_ref.datasets.layouts.table import choose_layout
+from quarc_ref.datasets.unsupported_files import describe_unsupported_files
+from tests.datasets import scenes
+
+NAMES = ["cam00.AVI", "cam00/0000.webp", "images/cam00/0000.tif"]
+
+
+def add_file(folder, name):
+    (folder / name).parent.mkdir(parents=True, exist_ok=True)
+    (folder / name).write_bytes(b"x")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_recordings_that_cannot_be_read_are_named(tmp_path, name):
+    add_file(tmp_path, name)
+    message = f"Files such as {name} cannot be read: convert videos to mp4, and pictures to PNG"
+
+    with pytest.raises(CalibrationError, match=message):
+        find_recordings(tmp_path)
+    with pytest.raises(UnknownLayoutError, match=message):
+        choose_layout(tmp_path)
+    np.save(tmp_path / "poses_bounds.npy", scenes.make_poses_row(scenes.make_shots()[0])[None])
+    with pytest.raises(MissingFileError, match=message):
+        read_n3dv(tmp_path)
+
+
+def test_hidden_files_and_known_formats_are_not_named(tmp_path):
+    for name in ("cam00.mp4", "cam01/0000.png", ".cam02.avi", "notes.txt"):
+        add_file(tmp_path, name)
+
+    assert describe_unsupported_files(tmp_path) == ""
