@@ -5,7 +5,7 @@ The model (colmap.github.io/format.html) consists of binary or text files in `sp
 are static. The module `arrangements` finds the pictures: `images/cam00.png` as in COLMAP,
 `images/cam00/0000.png`, `frames/0000/cam00.png`, or videos next to the model. Pictures with lens
 distortion are undistorted when they are read. Pictures of cameras that are not in the model are
-ignored.
+ignored, with a finding.
 """
 
 from collections.abc import Sequence
@@ -14,12 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.arrangements import find_pictures
+from quarc_ref.datasets.arrangements import find_pictures, list_arrangements
 from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, make_pose
 from quarc_ref.datasets.capture import Points, require_finite
 from quarc_ref.datasets.colmap_cameras import make_lens
 from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.layouts.colmap_sizes import require_complete_files
@@ -54,6 +55,7 @@ def read_colmap(folder: Path) -> Footage:
         raise MissingFileError(message)
     camera_sets, points = _read_model(model_folder)
     cameras, source = _find_matching_pictures(folder, camera_sets)
+    names = [camera.name for camera in cameras]
     return Footage(
         cameras,
         source,
@@ -61,8 +63,31 @@ def read_colmap(folder: Path) -> Footage:
         description_files=tuple(
             path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
         ),
-        findings=compare_first_numbers([camera.name for camera in cameras], source),
+        findings=(
+            *_find_cameras_without_poses(folder, names, model_folder),
+            *compare_first_numbers(names, source),
+        ),
     )
+
+
+def _find_cameras_without_poses(
+    folder: Path, names: Sequence[str], model_folder: Path
+) -> tuple[Finding, ...]:
+    """Return a finding if there are pictures next to those of the cameras, but no poses.
+
+    Folders in the capture's folder are not reported, because they need not belong to a camera.
+    """
+    for pattern, files in list_arrangements(folder):
+        if all(name in files for name in names):
+            unused_names = [name for name in files if name not in names]
+            if not unused_names or pattern.startswith("NAME/"):
+                return ()
+            message = (
+                f"recordings of {format_names(unused_names)} have no poses in {model_folder}, so "
+                "they are not used: calibrate again with more matches, or remove these files"
+            )
+            return (Finding("camera-without-pose", message),)
+    return ()
 
 
 _Cameras = tuple[CalibratedCamera, ...]

@@ -102,6 +102,26 @@ def test_images_in_folders_are_named_after_their_folders(folder, shots):
     assert [camera.name for camera in read(folder).cameras] == [shot.name for shot in shots]
 
 
+def test_cameras_that_colmap_has_not_registered_are_named(folder, shots, points):
+    assert read(folder).findings == ()
+    rewrite_model(folder, shots[:3], points)
+    footage = read(folder)
+
+    assert [camera.name for camera in footage.cameras] == [shot.name for shot in shots[:3]]
+    (finding,) = footage.findings
+    assert finding.kind == "camera-without-pose"
+    assert finding.message.startswith(f"recordings of {shots[3].name} have no poses in ")
+
+
+def test_other_folders_with_pictures_need_no_poses(source_folder, tmp_path, shots, pictures):
+    shutil.copytree(source_folder / "sparse", tmp_path / "sparse")
+    for shot, camera_pictures in zip(shots, pictures, strict=True):
+        scenes.write_picture(tmp_path / shot.name / "0000.png", camera_pictures[0])
+    scenes.write_picture(tmp_path / "images_8" / "cam00.png", pictures[0][0])
+
+    assert read(tmp_path).findings == ()
+
+
 def test_a_model_with_several_images_per_camera_is_rejected(folder, shots):
     rewrite_model(folder, scenes.rename_shots(shots, ["a/0", "a/1", "b/0", "b/1"]), None)
 
