@@ -113,11 +113,12 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
 
 @contextmanager
 def _report_kept_files(path: Path) -> Iterator[None]:
-    """Add what is kept to the message if the block is interrupted, or segments have failed.
+    """Add what is kept to the message of an interruption, a failed segment or an unreadable frame.
 
     Args:
         path: The file that the block writes, or the folder of the segments.
     """
+    from quarc_ref.datasets.errors import CaptureError
     from quarc_ref.jobs import JobsError
 
     try:
@@ -133,17 +134,28 @@ def _report_kept_files(path: Path) -> Iterator[None]:
         if kept_files:
             error.args = (f"{error}; {kept_files}",)
         raise
+    except CaptureError as error:
+        kept_files = _describe_kept_files(path, ", or with a smaller --frames to leave them out")
+        if kept_files:
+            error.args = (f"{error}; {kept_files}",)
+        raise
 
 
-def _describe_kept_files(path: Path) -> str:
-    """Return which files `--resume` can use, and how; empty if there are none."""
+def _describe_kept_files(path: Path, alternative: str = "") -> str:
+    """Return which files `--resume` can use, and how; empty if there are none.
+
+    Args:
+        path: The file or folder of an encode.
+        alternative: What to append to the advice about missing frames.
+    """
     files = sorted(path.iterdir()) if path.is_dir() else [path, _get_checkpoint_path(path)]
     kept_files = [file for file in files if file.name != MARKER_NAME and _is_nonempty(file)]
     checkpoints = [
         file for file in kept_files if file == _get_checkpoint_path(file.with_suffix(""))
     ]
     if len(kept_files) > len(checkpoints):
-        return f"{path} contains the finished frames: use --resume to encode the missing frames"
+        advice = f"use --resume to encode the missing frames{alternative}"
+        return f"{path} contains the finished frames: {advice}"
     if checkpoints:
         place = path if path.is_dir() else checkpoints[0]
         return f"{place} contains the training state of frame 0: use --resume to continue"

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from quarc_ref.cli import stream_targets
+from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.encoder import encode_stream
 from quarc_ref.encoder.resume import checkpoint
 from quarc_ref.inspection import inspect_stream
@@ -29,6 +30,7 @@ app.main()
         (KeyboardInterrupt(), 130, "use --resume to"),
         (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left"),
         (RuntimeError("out of memory"), 3, "out of memory"),
+        (CaptureError("damaged"), 3, "missing frames, or with a smaller --frames to leave them"),
     ],
 )
 def test_a_failed_encode_keeps_the_old_file_and_a_part_to_resume(
