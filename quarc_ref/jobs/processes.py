@@ -10,6 +10,7 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import TYPE_CHECKING
@@ -50,7 +51,7 @@ def run_in_processes(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple
 def _start_process(call: bytes, pool: WorkerPool) -> "tuple[Pipe, BaseProcess]":
     receiver, sender = _SPAWN_CONTEXT.Pipe(duplex=False)
     process = _SPAWN_CONTEXT.Process(target=_run_worker, args=(sender, call, pool.environment))
-    with _change_environment(pool.environment):
+    with _change_environment(pool.environment), _block_interrupts():
         process.start()
     sender.close()  # now only the process has the sending end, so the pipe closes when it exits
     return receiver, process
@@ -95,6 +96,24 @@ def _change_environment(new_values: Mapping[str, str]) -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
+
+
+@contextmanager
+def _block_interrupts() -> Iterator[None]:
+    """Block Ctrl-C within this context, and permanently in processes that are started within it.
+
+    A terminal sends Ctrl-C to all processes. One that is not yet in `_run_worker` would print a
+    traceback.
+    """
+    if sys.platform == "win32":
+        yield
+        return
+    resource_tracker.ensure_running()  # otherwise, the first start of a process would unblock it
+    previous_mask = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, previous_mask)
 
 
 def _run_worker(pipe: "Pipe", call: bytes, environment: Mapping[str, str]) -> None:

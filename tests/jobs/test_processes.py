@@ -77,3 +77,11 @@ def test_an_interrupted_job_can_save_its_work(tmp_path, capfd):
 
     assert note.read_text() == "interrupted"
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no masks of signals")
+def test_ctrl_c_reaches_the_caller_but_no_job():
+    jobs = [Job(name, None) for name in ("first", "second")]
+
+    assert run_jobs(works.is_interrupt_blocked, jobs, WorkerPool()) == [True, True]
+    assert not works.is_interrupt_blocked(None)

@@ -35,6 +35,10 @@ def name_threads(_argument):
     return numba.config.NUMBA_NUM_THREADS, os.environ["OMP_NUM_THREADS"]
 
 
+def is_interrupt_blocked(_argument):
+    return signal.SIGINT in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+
+
 def kill_self_if_odd(number):
     """Die like a process killed for lack of memory."""
     if number % 2:
