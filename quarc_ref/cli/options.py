@@ -14,6 +14,7 @@ from quarc_ref.cli.errors import UsageError
 
 STANDARD_STREAM = "-"
 AXES = ("x", "-x", "y", "-y", "z", "-z")  # in the order of a stream's header
+_MAX_SEED = (1 << 64) - 1
 _MAX_DIGITS = 20  # frame numbers have fewer digits
 
 
@@ -96,6 +97,20 @@ def check_axis(name: str | None) -> str | None:
         message = f"{name!r} is not one of {', '.join(AXES)}."
         raise typer.BadParameter(message)
     return axis
+
+
+def check_seed(seed: int) -> int:
+    """Check that a seed is not too large.
+
+    `max` of the option would do the same, but the number would fill half of a table in `--help`.
+
+    Raises:
+        BadParameter: The seed is too large.
+    """
+    if seed > _MAX_SEED:
+        message = f"{seed} is above {_MAX_SEED}."
+        raise typer.BadParameter(message)
+    return seed
 
 
 def _get_mode_unless_folder(path: str) -> int:
@@ -192,13 +207,13 @@ LpipsWeights = Annotated[
     typer.Option(
         "--lpips",
         metavar="WEIGHTS",
-        help="Also measure LPIPS; WEIGHTS is a file with the saved "
-        "lpips.LPIPS(net='vgg').state_dict().",
+        help="Also measure LPIPS; WEIGHTS is a file with the saved state_dict() of "
+        "lpips.LPIPS(net='vgg').",
         show_default="no LPIPS",
     ),
 ]
 Seed = Annotated[
-    int, typer.Option("--seed", min=0, max=(1 << 64) - 1, help="Seed of all random numbers.")
+    int, typer.Option("--seed", min=0, callback=check_seed, help="Seed of all random numbers.")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print JSON.")]
 Force = Annotated[

@@ -3,8 +3,10 @@ import subprocess
 import sys
 
 import pytest
+import typer.main
 
 from quarc_ref import __version__
+from quarc_ref.cli.app import app
 from quarc_ref.format.constants import VERSION_MAJOR, VERSION_MINOR
 from tests.cli.commands import run
 
@@ -45,6 +47,15 @@ def test_every_verb_has_help_and_json(verb):
 
     assert result.exit_code == 0
     assert "--json" in result.stdout
+
+
+@pytest.mark.parametrize("verb", typer.main.get_command(app).commands)
+def test_help_shows_every_option_in_full_at_80_columns(verb, monkeypatch):
+    monkeypatch.setattr("typer.rich_utils.MAX_WIDTH", 80)
+    result = run(verb, "--help")
+
+    assert result.exit_code == 0
+    assert "\u2026" not in result.stdout
 
 
 def test_the_versions_of_package_and_format_are_printed():
