@@ -12,6 +12,16 @@ def is_frame_rate(frames_per_second: float) -> bool:
 
 
 def to_clock(frames_per_second: float) -> tuple[int, int]:
-    """Return the `timescale` and `frame_ticks` of a frame rate for which `is_frame_rate` holds."""
+    """Return the `timescale` and `frame_ticks` of a frame rate.
+
+    Raises:
+        ValueError: `is_frame_rate` does not hold.
+    """
+    if not is_frame_rate(frames_per_second):
+        message = (
+            f"the frame rate is {frames_per_second}, but must be from {MIN_FRAME_RATE} to "
+            f"{MAX_FRAME_RATE} frames per second"
+        )
+        raise ValueError(message)
     rate = Fraction(frames_per_second).limit_denominator(_DENOMINATOR_LIMIT)
     return rate.numerator, rate.denominator

@@ -28,3 +28,9 @@ def test_common_frame_rates_are_exact(frames_per_second, clock):
 @pytest.mark.parametrize("number", [0, -30, 1e-4, 2e6, math.nan, math.inf])
 def test_other_numbers_are_no_frame_rates(number):
     assert not is_frame_rate(number)
+
+
+@pytest.mark.parametrize("frames_per_second", [0, -1, 1e9, float("nan"), float("inf")])
+def test_a_frame_rate_that_no_header_can_store_is_named(frames_per_second):
+    with pytest.raises(ValueError, match=r"frame rate is .* must be from 0\.001 to"):
+        to_clock(frames_per_second)

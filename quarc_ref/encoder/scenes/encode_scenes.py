@@ -52,7 +52,7 @@ class GivenFrame:
     Attributes:
         splats: Gaussians as 3DGS stores them, with SH degree 0 to 3. The stream stores SH only
             up to the degree of the first frame, and at most up to degree 1.
-        ids: `[N]` ids that identify the Gaussians across frames; None: match Gaussians by order.
+        ids: `[N]` unique ids of the Gaussians in all frames; None: match Gaussians by order.
         cameras: Cameras of the stream from this frame on; None: those of the frame before.
         metadata: Metadata of the stream from this frame on; None: that of the frame before.
     """
@@ -122,15 +122,15 @@ def encode_scenes(
     the decoder's output.
 
     Args:
-        scenes: Frames in order. The first three frames are read together, and later frames are
-            read one by one.
-        sink: Binary file to which the stream is appended. If the number of Gaussians more than
-            doubles, HEAD may be written again, with a higher level; this needs a seekable file.
+        scenes: Frames in order. The first three are read together, later frames one by one.
+        sink: Binary file to which the stream is appended. It must be seekable if the number of
+            Gaussians more than doubles: HEAD may then be written again, with a higher level.
         options: Error bounds and properties of the stream; None for the defaults.
 
     Raises:
-        EncodeError: The Gaussians cannot be represented within the bounds, or a frame needs a
-            higher level, but the sink is not seekable.
+        EncodeError: An array has the wrong shape, ids are repeated, the bounds cannot be met, or a
+            frame needs a higher level, but the sink is not seekable.
+        ValueError: The frame rate is out of range.
     """
     options = options or SceneOptions()
     frames = map(_to_checked_frame, scenes, count(options.first_frame))
@@ -147,7 +147,7 @@ def encode_scenes(
 def _to_checked_frame(scene: Splats | GivenFrame, ordinal: int) -> GivenFrame:
     frame = GivenFrame(scene) if isinstance(scene, Splats) else scene
     with name_frame_in_errors(ordinal):
-        require_encodable(frame.splats)
+        require_encodable(frame.splats, frame.ids)
     return frame
 
 

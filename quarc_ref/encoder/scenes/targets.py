@@ -13,6 +13,8 @@ from quarc_ref.format.constants import CODE_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import Gaussians, StreamHeader
 
+_SH_COEFFICIENT_COUNTS = (1, 4, 9, 16)  # of degrees 0 to 3
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Target:
@@ -47,15 +49,48 @@ class Target:
         )
 
 
-def require_encodable(splats: Splats) -> None:
-    """Raise EncodeError if a frame has no Gaussians, or an attribute is not finite."""
+def require_encodable(splats: Splats, ids: Int64 | None) -> None:
+    """Raise EncodeError if a frame cannot be encoded.
+
+    Args:
+        splats: Gaussians, which may have wrong shapes or numbers that are not finite, or be none.
+        ids: Ids of the Gaussians, which may be repeated; None if they have none.
+    """
     if not len(splats.positions):
         message = "the frame has no Gaussians"
         raise EncodeError(message)
+    _require_shapes(splats)
+    if ids is not None:
+        _require_unique(ids, len(splats.positions))
     for field in fields(splats):
         if not np.isfinite(getattr(splats, field.name)).all():
             message = f"the field {field.name} contains a non-finite number"
             raise EncodeError(message)
+
+
+def _require_shapes(splats: Splats) -> None:
+    count, sh_shape = len(splats.positions), splats.sh.shape
+    if sh_shape not in [(count, coefficients, 3) for coefficients in _SH_COEFFICIENT_COUNTS]:
+        message = f"the field sh has the shape {sh_shape}, not ({count}, 1, 4, 9 or 16, 3)"
+        raise EncodeError(message)
+    shapes = {
+        "positions": (count, 3),
+        "rotations": (count, 4),
+        "log_scales": (count, 3),
+        "opacities": (count,),
+    }
+    for name, shape in shapes.items():
+        found_shape = getattr(splats, name).shape
+        if found_shape != shape:
+            message = f"the field {name} has the shape {found_shape}, not {shape}"
+            raise EncodeError(message)
+
+
+def _require_unique(ids: Int64, count: int) -> None:
+    is_integer = np.issubdtype(ids.dtype, np.integer)
+    if ids.shape != (count,) or not is_integer or np.unique(ids).size != count:
+        message = f"ids must be {count} different integers, one for each Gaussian"
+        raise EncodeError(message)
 
 
 def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:

@@ -184,6 +184,30 @@ def test_an_empty_or_infinite_frame_is_rejected_by_number(ordinal, opacity):
         encode(frames, SceneOptions())
 
 
+@pytest.mark.parametrize(
+    ("name", "shape"),
+    [
+        ("positions", (200, 2)),
+        ("rotations", (199, 4)),
+        ("log_scales", (200,)),
+        ("opacities", (200, 1)),
+        ("sh", (200, 3)),
+        ("sh", (200, 5, 3)),
+    ],
+)
+def test_an_array_of_a_wrong_shape_is_named(name, shape):
+    splats = replace(make_splats(), **{name: np.zeros(shape, np.float32)})
+
+    with pytest.raises(EncodeError, match=f"frame 0: the field {name} has the shape"):
+        encode([splats], SceneOptions())
+
+
+@pytest.mark.parametrize("ids", [np.zeros(200, np.int64), np.arange(3), np.linspace(0, 1, 200)])
+def test_ids_that_do_not_identify_the_gaussians_are_rejected(ids):
+    with pytest.raises(EncodeError, match="frame 1: ids must be 200 different integers"):
+        encode([GivenFrame(make_splats(), np.arange(200)), GivenFrame(make_splats(), ids)])
+
+
 def test_an_empty_input_is_rejected():
     with pytest.raises(EncodeError, match="no frames"):
         encode([])
