@@ -38,5 +38,17 @@ class BytesSource:
 
 
 def as_source(stream: bytes | Source) -> Source:
-    """Wrap bytes in a source; return a source unchanged."""
-    return BytesSource(stream) if isinstance(stream, bytes) else stream
+    """Wrap bytes in a source; return a source unchanged.
+
+    Raises:
+        TypeError: The argument is neither.
+    """
+    if isinstance(stream, bytes):
+        return BytesSource(stream)
+    if not hasattr(stream, "size"):
+        message = (
+            f"a stream is bytes or a source, not {type(stream).__name__}: open files with "
+            "open_source"
+        )
+        raise TypeError(message)
+    return stream

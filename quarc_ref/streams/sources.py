@@ -100,7 +100,7 @@ class PipeSource:
 
 
 @contextmanager
-def open_source(name: str) -> Iterator[Source]:
+def open_source(name: str | os.PathLike[str]) -> Iterator[Source]:
     """Open a stream by path, URL or `-`.
 
     Args:
@@ -110,6 +110,7 @@ def open_source(name: str) -> Iterator[Source]:
         OSError: The file cannot be opened.
         SourceError: The server cannot be reached, or standard input is closed.
     """
+    name = os.fspath(name)
     if name == "-":
         if sys.stdin is None:
             message = "standard input is closed"

@@ -4,6 +4,7 @@ import sys
 import threading
 import time
 import types
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -28,6 +29,19 @@ def path(tmp_path_factory):
     path = tmp_path_factory.mktemp("sources") / "bytes"
     path.write_bytes(_BYTES)
     return path
+
+
+@pytest.mark.parametrize("stream", ["a.quarc", Path("a.quarc"), io.BytesIO(), None])
+def test_what_is_neither_bytes_nor_a_source_is_named(stream):
+    with pytest.raises(
+        TypeError, match=f"not {type(stream).__name__}: open files with open_source"
+    ):
+        next(decode(stream))
+
+
+def test_a_path_is_opened_like_its_name(path):
+    with open_source(path) as of_path, open_source(str(path)) as of_name:
+        assert of_path.read(3, 9) == of_name.read(3, 9) == _BYTES[3:12]
 
 
 @given(_OFFSETS, _OFFSETS)
