@@ -1,8 +1,8 @@
 """Runs a decoder with whole streams, with many jobs in one process, or with chunk after chunk."""
 
 import json
+import sys
 from collections.abc import Iterator
-from contextlib import suppress
 from typing import Any
 
 from runner.cases import Case
@@ -24,13 +24,20 @@ def query_capabilities(command: str, limits: Limits) -> Line:
     decoder = CodecProcess(command, Limits(_STARTUP_SECONDS, limits.memory_mib), "--capabilities")
     decoder.send(b"", last=True)
     capabilities: Line = {}
-    with suppress(FaultError):
+    message = ""
+    try:
         capabilities = next(iter(decoder.read_lines()), {})
+    except FaultError as error:
+        message = str(error)
     decoder.kill()
     names = (capabilities.get("capabilities"), capabilities.get("units", []))
     levels = capabilities.get("levels", list(LEVELS))
-    is_valid = all(map(_is_text_list, names)) and _is_level_list(levels)
-    return capabilities if is_valid else {}
+    if all(map(_is_text_list, names)) and _is_level_list(levels):
+        return capabilities
+    if "capabilities" in (message or capabilities):
+        detail = message or "a list is missing, or contains what RUNNER.md does not allow"
+        print(f"run.py: the answer to --capabilities is ignored: {detail}", file=sys.stderr)
+    return {}
 
 
 def _is_text_list(value: object) -> bool:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from runner.cases import Case
+from runner.cases import CAPABILITIES, Case
 from runner.judge import PASS, Verdict
 from runner.manifest import SuiteError
 
@@ -76,9 +76,12 @@ class Report:
         failed = [result for result in self.results if not result.passed]
         lines = [f"{self.tool}: {self.command}"]
         if self.tool == "decoder":
-            capabilities = ", ".join(["decode", *self.capabilities.get("capabilities", [])])
+            tested = self.capabilities.get("capabilities", [])
+            capabilities = ", ".join(["decode", *tested])
             levels = ", ".join(map(str, self.capabilities.get("levels", [])))
             lines.append(f"tested: {capabilities}" + (f"; levels {levels}" if levels else ""))
+            if missing := [name for name in CAPABILITIES if name not in tested]:
+                lines.append(f"not tested: {', '.join(missing)}")
         lines += [f"  {r.verdict.name:<12} {r.case.name}: {r.message}" for r in failed]
         sections = {"category": "category", **({"clause": "clauses"} if clauses else {})}
         for title, key in sections.items():

@@ -180,6 +180,23 @@ def test_any_answer_to_capabilities_is_allowed(answer, tmp_path):
     assert "0 of 1 cases passed" in completed.stdout
 
 
+@pytest.mark.parametrize(
+    ("answer", "complaint"),
+    [
+        ('{"capabilities": ["jobs"],\n "units": []}', "is ignored: the command printed a line"),
+        ('{"capabilities": ["jobs"], "units": 5}', "is ignored: a list is missing"),
+        ('{"refused": "truncated"}', ""),
+        ("usage: mydecoder FILE", ""),
+    ],
+)
+def test_an_answer_to_capabilities_that_is_ignored_is_reported(answer, complaint, tmp_path):
+    completed = run_conformance(make_decoder(tmp_path, f"print({answer!r})"))
+
+    assert complaint in completed.stderr
+    assert bool(complaint) == bool(completed.stderr)
+    assert "not tested: jobs, seek, recover, grow, " in completed.stdout
+
+
 def test_a_gap_that_is_not_an_object_is_a_wrong_gap():
     gap = {"offset": 8, "bytes": 4, "frames_lost": 0, "refused": ["sync"]}
     case = Case("a", "damaged", "recover", (), "a", {"frames": [], "gaps": [gap]}, {})
