@@ -131,6 +131,7 @@ def _make_type_faults(parent: ValidStream) -> Iterable[FaultRow]:
         "last-case": (b"FRAm", "bad-chunk-type", "a lowercase fourth letter"),
         "latin-1": (b"FR\xc1M", "bad-chunk-type", "a letter outside ASCII"),
         "bracket": (b"[RAM", "bad-chunk-type", "the character [, which follows Z in ASCII"),
+        "underscore": (b"no_e", "bad-chunk-type", "the character _, which is between Z and a"),
         "zeros": (bytes(4), "bad-chunk-type", "four zero bytes"),
     }
     for name, (kind, reject_ids, note) in type_faults.items():

@@ -77,6 +77,13 @@ def _list_version_faults(head: bytes) -> Iterable[HeadCase]:
         "version 2.0, with a longer HEAD",
     )
     yield (
+        "version-2-longest",
+        with_version_2 + bytes(1024 - len(head)),
+        reject_id,
+        f"{parsing_clauses} 5.2-7",
+        "version 2.0, with a HEAD of 1024 bytes",
+    )
+    yield (
         "version-2-other-fields",
         other_fields,
         reject_id,

@@ -7,6 +7,8 @@ from making.changes import Change, CodedGaussian, Update
 from making.payloads import Frame, Head
 from making.planes import make_update_planes
 from making.scenes import make_cloud, make_moving_symbols
+from making.snapshot_scenes import REQUIRED_CAPABILITY as REQUIRES_SNAPSHOTS
+from making.snapshot_scenes import make_snapshot_head
 from making.streams import Chunk, Stream
 from making.update_scenes import REQUIRED_CAPABILITY, make_update_head
 from making.vectors import (
@@ -44,7 +46,18 @@ def make_level_streams() -> list[ValidStream]:
             0, [_GAUSSIAN_AT_ORIGIN] * max_gaussians
         )
     )
+    snapshot_stream = Stream(make_snapshot_head(level=10, sh_degree=0)).add_canonical(
+        0, [_GAUSSIAN_AT_ORIGIN] * 5
+    )
+    snapshot_stream.add_snapshot((), [_GAUSSIAN_AT_ORIGIN] * (max_births + 1))
     streams = [
+        make_valid_stream(
+            "levels/10-newborn",
+            "a snapshot with more newborn Gaussians than level 1.0 allows births in a frame",
+            "3.2-3 3.2-6",
+            snapshot_stream.finish(),
+            **REQUIRES_SNAPSHOTS,
+        ),
         make_valid_stream(
             "levels/10-updates",
             "as many Gaussians as level 1.0 allows; an update deletes one, another is born",

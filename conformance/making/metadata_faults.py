@@ -25,6 +25,9 @@ _CAMERA_FIELDS = {
     "camera-rotation": (30, _NAN, "the first element of the rotation is NaN"),
     "camera-rotation-end": (62, _NAN, "the last element of the rotation is NaN"),
     "camera-negative-near": (78, _MINUS_ONE, "near is negative"),
+    "camera-infinite-focal-length-y": (18, _INFINITY, "fy is infinite"),
+    "camera-infinite-near": (78, _INFINITY, "near is infinite"),
+    "camera-translation-end": (74, _NAN, "the last element of the translation is NaN"),
 }
 """Offset of a field in a camera with a name of four bytes, its wrong value, and a description."""
 MetadataFault = tuple[str, bytes, str, str, str]

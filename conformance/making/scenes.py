@@ -81,6 +81,13 @@ def choose_varied_codes(_model: str, context: int, zeros: int, ones: int) -> int
     return base + 120 if ones > zeros else base
 
 
+def choose_some_codes(model: str, context: int, zeros: int, ones: int) -> int | None:
+    """Return a probability code for about half of the contexts of each plane, else None."""
+    if hash_numbers(context, zeros, ones) % 2:
+        return None
+    return choose_varied_codes(model, context, zeros, ones)
+
+
 def fill_fields(
     field_ranges: Mapping[str, range], values_by_field: Mapping[str, tuple[int, ...] | int]
 ) -> tuple[int, ...]:

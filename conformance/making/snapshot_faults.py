@@ -160,6 +160,10 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[FaultRow]:
         wide_scene,
         "two positions are 2^20 steps or more apart",
     )
+    left = min(gaussian.position[0] for gaussian in canonical_gaussians)
+    far_newborn = [replace(make_cloud(1, 5)[0], position=(left + (1 << 20), 0, 0))]
+    wide_scene = make_chunks(make_unchanged_survivors(range(12)), far_newborn)
+    yield "wide-by-one", "7.9-4", "symbol-range", wide_scene, "two positions are 2^20 steps apart"
     newborn_at_edge = [replace(make_cloud(1, 5)[0], position=(1 << 21, 0, 0))]
     note = "a position just beyond the lattice"
     yield "position", "7.9-5 4.1-1", "position-range", make_chunks((), newborn_at_edge), note

@@ -21,8 +21,10 @@ from making.state_faults import make_motion_faults, make_state_faults
 from making.trap_streams import make_traps
 from making.unit_answers import make_units
 from making.update_faults import make_update_faults
+from making.update_scenes import REQUIRED_CAPABILITY
 from making.valid_streams import make_streams
 from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
+from making.word_faults import make_wrapping_keys
 from plain.state import PlainState
 
 FORMAT_VERSION = "1.1"
@@ -60,6 +62,7 @@ def make_vectors() -> list[Vector]:
         *make_state_faults(journey),
         *make_motion_faults(streams_by_name["traps/lattice-extremes"]),
         *_make_frames_beyond_limits(streams_by_name),
+        make_wrapping_keys(streams_by_name["streams/sh-rest"]),
         *make_damaged_vectors(journey),
         *_make_cut_vectors(brief),
         *make_seek_faults(journey),
@@ -89,12 +92,14 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
     """Return streams with a frame beyond the limits of its level or the largest ordinal."""
     from making.streams import Chunk
 
-    last_ordinals, full_stream = (
+    last_ordinals, full_stream, updated_stream = (
         streams_by_name["streams/last-ordinals"],
         streams_by_name["levels/10-gaussians"],
+        streams_by_name["levels/10-updates"],
     )
     next_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 0, 0, 0) + bytes(4))
     birth_frame = Chunk(b"FRAM", struct.pack("<IBIIII", 2, 0, 0, 1, 0, 0) + bytes(4))
+    updated_frame = Chunk(b"FRAM", struct.pack("<IBIIIII", 2, 0, 0, 1, 0, 0, 0) + bytes(4))
     next_chunk_index = last_ordinals.stream.frame_chunk_indices[-1] + 1
     birth_chunk_index = full_stream.stream.frame_chunk_indices[-1] + 1
     return [
@@ -113,6 +118,17 @@ def _make_frames_beyond_limits(streams_by_name: dict[str, ValidStream]) -> list[
             full_stream.stream.insert_chunks(birth_frame, index=birth_chunk_index),
             Outcome(full_stream.frames, ("count-exceeds-level",)),
             "a birth although the level allows no more Gaussians",
+        ),
+        replace(
+            make_patched_vector(
+                updated_stream,
+                "invalid/updates-birth-beyond-level",
+                "3.2-2",
+                updated_stream.stream.insert_chunks(updated_frame, index=birth_chunk_index),
+                Outcome(updated_stream.frames, ("count-exceeds-level",)),
+                "a birth although the level allows no more Gaussians and no update deletes one",
+            ),
+            **REQUIRED_CAPABILITY,
         ),
     ]
 

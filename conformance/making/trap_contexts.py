@@ -1,8 +1,14 @@
 """Makes vectors in traps/ for contexts, counts and words (SPEC 8)."""
 
-from making.changes import Change, CodedGaussian
+from making.changes import Change, CodedGaussian, choose_no_code
 from making.payloads import Head
-from making.scenes import make_births, make_cloud, make_moving_symbols
+from making.scenes import (
+    choose_some_codes,
+    choose_varied_codes,
+    make_births,
+    make_cloud,
+    make_moving_symbols,
+)
 from making.streams import Stream
 from making.trap_making import make_trap_streams
 from making.vectors import ValidStream
@@ -17,6 +23,7 @@ def make_context_traps() -> list[ValidStream]:
             ("counts-are-halved", make_halved_counts, "8.2"),
             ("moving-without-symbols", make_moving_anchors_without_symbols, "8.7"),
             ("stillness-is-counted", make_counted_planes_without_words, "8.2 8.7"),
+            ("stated-planes-are-counted", make_counted_planes_with_codes, "8.1 8.2"),
             ("canonical-forgets", make_counts_reset_by_canonical, "7.2 8.2"),
             ("words-of-zero", make_zero_words, "8.3-1"),
             ("against-expectation", make_reversing_motion, "8.7"),
@@ -53,6 +60,15 @@ def make_counted_planes_without_words() -> Stream:
         .add_frame()
         .add_frame(Change(make_moving_symbols(6, 2)))
     )
+
+
+def make_counted_planes_with_codes() -> Stream:
+    """The bits of a context are counted, too, if its probability is stated."""
+    stream = Stream(Head(level_count=2)).add_canonical(0, make_cloud(14, 17), choose_some_codes)
+    for frame, choose_code in enumerate((choose_varied_codes, choose_no_code, choose_some_codes)):
+        symbols, births = make_moving_symbols(6, frame), make_births([1, 2, 5, 9], frame)
+        stream.add_frame(Change(symbols, births, choose_code=choose_code))
+    return stream
 
 
 def make_counts_reset_by_canonical() -> Stream:

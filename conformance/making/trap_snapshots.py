@@ -1,7 +1,7 @@
 """Makes vectors in traps/ for snapshots (SPEC 7.9, 8.9)."""
 
 from making.changes import Change, CodedGaussian, Survivor
-from making.scenes import make_births, make_cloud, make_moving_symbols
+from making.scenes import choose_some_codes, make_births, make_cloud, make_moving_symbols
 from making.snapshot_scenes import (
     REQUIRED_CAPABILITY,
     make_differences,
@@ -29,6 +29,7 @@ def make_snapshot_traps() -> list[ValidStream]:
             ("differences-of-neighbors", make_relative_position_differences, "8.9"),
             ("sums-of-what-is-coded", make_difference_contexts_by_field, "8.9"),
             ("snapshots-sample-anew", make_sampling_after_snapshot, "7.9 7.4"),
+            ("stated-survivors-are-counted", make_survivor_counts_with_codes, "8.1 8.2 8.9"),
         ),
         **REQUIRED_CAPABILITY,
     )
@@ -139,3 +140,12 @@ def make_sampling_after_snapshot() -> Stream:
         Change(make_distinct_symbols())
     ).add_frame(make_distinct_motion())
     return stream
+
+
+def make_survivor_counts_with_codes() -> Stream:
+    """The bits of survivors are counted, too, if their probability is stated."""
+    stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
+    stream.add_snapshot(
+        make_random_survivors(range(10), 7), make_cloud(6, 61, 0), choose_some_codes
+    )
+    return stream.add_frame(make_distinct_motion())

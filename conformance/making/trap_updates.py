@@ -1,7 +1,14 @@
 """Makes vectors in traps/ for updates (SPEC 7.8, 8.8)."""
 
-from making.changes import Change, CodedGaussian, Update
-from making.scenes import make_births, make_cloud, make_moving_symbols, select_symbols
+from making.changes import Change, CodedGaussian, Update, choose_no_code
+from making.scenes import (
+    choose_some_codes,
+    choose_varied_codes,
+    make_births,
+    make_cloud,
+    make_moving_symbols,
+    select_symbols,
+)
 from making.streams import Stream
 from making.trap_making import make_distinct_motion, make_distinct_symbols, make_trap_streams
 from making.update_scenes import (
@@ -42,6 +49,7 @@ def make_update_traps() -> list[ValidStream]:
             ("ids-after-leaving", make_ids_after_deletions, "7.8 7.6-5"),
             ("sums-within-a-field", make_residual_contexts_by_field, "8.8"),
             ("counts-of-updates-go-on", make_update_counts_across_frames, "8.2 8.8"),
+            ("stated-updates-are-counted", make_update_counts_with_codes, "8.1 8.2 8.8"),
         ),
         **REQUIRED_CAPABILITY,
     )
@@ -269,3 +277,14 @@ def make_update_counts_across_frames() -> Stream:
             updates=make_random_updates(10, 12, gaussians_per_update=2, updates_per_deletion=99),
         )
     )
+
+
+def make_update_counts_with_codes() -> Stream:
+    """The bits of updates are counted, too, if their probability is stated."""
+    stream = Stream(make_update_head(sh_degree=0)).add_canonical(0, _SCENE)
+    for frame, choose_code in enumerate((choose_varied_codes, choose_no_code, choose_some_codes)):
+        updates = make_random_updates(
+            10, 20 + frame, gaussians_per_update=2, updates_per_deletion=99
+        )
+        stream.add_frame(Change(updates=updates, choose_code=choose_code))
+    return stream

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
-from making.changes import Change, Update
+from making.changes import Change, SymbolChoice, Update
 from making.damaged_streams import make_cut_vector, make_flip_vectors
 from making.fault_rows import (
     FRAM_CHUNK_INDEX,
@@ -19,7 +19,7 @@ from making.frames import make_frame
 from making.lost_chunks import make_loss_vector
 from making.payloads import Frame
 from making.scenes import make_births, make_moving_symbols
-from making.streams import Chunk
+from making.streams import Chunk, describe_state
 from making.update_scenes import make_deleting_updates, make_random_updates, make_residuals
 from making.vectors import Outcome, Recovery, ValidStream, Vector, make_patched_vector
 from making.word_faults import encode_stated_code
@@ -268,6 +268,32 @@ def _make_position_faults(updates_far: ValidStream) -> Iterable[Vector]:
         yield make_patched_vector(
             updates_far, f"invalid/updates-{name}", "7.8-2 4.1-1", chunks, outcome, note
         )
+    yield _make_returning_vector(updates_far, steps_beyond_edge - 1)
+
+
+def _make_returning_vector(updates_far: ValidStream, steps_to_edge: int) -> Vector:
+    """Return two more frames: to the edge of the lattice; beyond it and, by an update, back."""
+    head, chunks = updates_far.stream.head, updates_far.stream.chunks
+    to_edge = (Update(0, make_residuals(translation=(0, steps_to_edge, 0))),)
+    back = (Update(0, make_residuals(translation=(0, -1, 0))),)
+    first, state = make_frame(head, _get_previous_state(updates_far, -1), Change(updates=to_edge))
+    assert state is not None
+    inward, _ = make_frame(head, state, Change(_move_along_y(-1), updates=back))
+    outward, _ = make_frame(head, state, Change(_move_along_y(1), update_words=inward.updates))
+    added_chunks = [Chunk(b"FRAM", frame.pack()) for frame in (first, outward)]
+    return make_patched_vector(
+        updates_far,
+        "invalid/updates-return",
+        "7.5-1 7.8",
+        [*chunks[:-1], *added_chunks, chunks[-1]],
+        Outcome([*updates_far.frames, describe_state(state)], ("position-range",)),
+        "the motion moves a Gaussian beyond the lattice, and an update moves it back",
+    )
+
+
+def _move_along_y(steps: int) -> SymbolChoice:
+    """Return the same motion for all anchors of level 1, and none for the others."""
+    return lambda level, _anchor: [0, steps, 0, 0, 0, 0] if level == 1 else None
 
 
 def _make_feature_faults(parent: ValidStream) -> Iterable[Vector]:

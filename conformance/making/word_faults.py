@@ -8,7 +8,7 @@ from making.fault_rows import FRAM_CHUNK_INDEX, FRAM_ORDINAL, FaultRow, replace_
 from making.frames import make_frame
 from making.payloads import Canonical, Frame
 from making.streams import Chunk
-from making.vectors import ValidStream
+from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
 from making.writing import Planes, WritingSection, encode, make_unsigned_planes
 from plain import planes
 
@@ -101,6 +101,22 @@ def list_key_faults(parent: ValidStream) -> Iterable[FaultRow]:
         sections = [section, *canonical.sections[1:]]
         chunks = replace_frame_fields(parent, 3, sections=sections, axis_bits=20)
         yield name, clauses, "symbol-range", chunks, note
+
+
+def make_wrapping_keys(parent: ValidStream) -> Vector:
+    """Return a canonical frame whose keys are beyond every box; the last one is 0 modulo 2^64."""
+    canonical = parent.stream.frame_payloads[0]
+    assert isinstance(canonical, Canonical)
+    differences = [1 << 60] * 16 + [0] * (canonical.gaussian_count - 16)
+    sections = [_encode_keys(differences), *canonical.sections[1:]]
+    return make_patched_vector(
+        parent,
+        "invalid/keys-wrap",
+        "8.5-1 4.1-1",
+        replace_frame_fields(parent, 0, sections=sections, axis_bits=20),
+        Outcome((), ("symbol-range",)),
+        "keys whose differences are allowed, but whose sum is 0 modulo 2^64",
+    )
 
 
 def _replace_motion_words(parent: ValidStream) -> list[Chunk]:
