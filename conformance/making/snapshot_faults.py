@@ -42,7 +42,7 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
         *make_snapshot_index_faults(parent),
         *_make_damaged_vectors(parent),
         _make_snapshot_first_vector(parent),
-        _make_junk_vector(parent),
+        *_make_junk_vectors(parent),
     ]
     return [
         *(replace(vector, **REQUIRED_CAPABILITY) for vector in vectors),
@@ -287,19 +287,24 @@ def _make_snapshot_first_vector(parent: ValidStream) -> Vector:
     return make_patched_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
 
 
-def _make_junk_vector(parent: ValidStream) -> Vector:
-    """Return a stream with a SNAP in its middle that is too short for decoding to resume at it."""
+def _make_junk_vectors(parent: ValidStream) -> Iterable[Vector]:
+    """Yield streams with a SNAP in their middle at which decoding must not resume."""
     data, offset = parent.layout.data, parent.layout.offsets[_SNAP_CHUNK_INDEX]
-    junk = b"?" + pack_chunk(b"SNAP", _SNAP_CHUNK_INDEX, _SHORT_SNAPSHOT)
-    return make_damaged_vector(
-        parent,
-        "damaged/snapshots-junk-short",
-        f"5-1 {RECOVERY_CLAUSES}",
-        data[:offset] + junk + data[offset:],
-        Outcome(parent.frames[:_SNAP_ORDINAL], ("bad-sync",)),
-        Recovery(parent.frames, (Gap(offset, len(junk), ("bad-sync",), 0),)),
-        "a SNAP with a payload of only seven bytes",
-    )
+    old_snapshot = (_SNAP_ORDINAL - 1).to_bytes(4, "little") + bytes(40)
+    for name, sequence, payload, clauses, note in (
+        ("short", _SNAP_CHUNK_INDEX, _SHORT_SNAPSHOT, "5-1 ", "a payload of only seven bytes"),
+        ("old-ordinal", 60, old_snapshot, "", "a later sequence number and an earlier ordinal"),
+    ):
+        junk = b"?" + pack_chunk(b"SNAP", sequence, payload)
+        yield make_damaged_vector(
+            parent,
+            f"damaged/snapshots-junk-{name}",
+            f"{clauses}{RECOVERY_CLAUSES}",
+            data[:offset] + junk + data[offset:],
+            Outcome(parent.frames[:_SNAP_ORDINAL], ("bad-sync",)),
+            Recovery(parent.frames, (Gap(offset, len(junk), ("bad-sync",), 0),)),
+            f"a SNAP with {note}",
+        )
 
 
 def _make_vector_without_feature(journey: ValidStream) -> Vector:
