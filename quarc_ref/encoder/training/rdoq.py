@@ -9,7 +9,6 @@ The rate of a code depends on its frequency (`code_rates`); distortion is the sq
 pictures (`sensitivity`).
 """
 
-from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
 
@@ -29,6 +28,7 @@ from quarc_ref.encoder.training.axes import rename_axes
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.code_rates import CodeRates
 from quarc_ref.encoder.training.context import TrainingContext
+from quarc_ref.encoder.training.minimize_costs import Measure, minimize_costs
 from quarc_ref.encoder.training.sensitivity import measure_sensitivities
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, to_columns, to_rows
 from quarc_ref.format.arrays import Int64
@@ -36,8 +36,6 @@ from quarc_ref.format.constants import CODE_LIMIT
 from quarc_ref.format.errors import EncodeError
 from quarc_ref.format.records import StreamHeader
 
-_ROUNDS = 3  # the rates depend on the codes of all Gaussians, and a code can move several times
-_MIN_GAIN = 1e-9  # relative to the cost of a code; smaller gains are caused by rounding
 _MIN_COSINE = 0.3  # of half an angle; limits the tangents of large rotations
 _CHANGES = (-1, 1, -2, 2)
 
@@ -126,7 +124,9 @@ def choose_rotations(
     moves = [partial(remove_twist, axis=axis) for axis in range(3)]
     moves += [partial(_add, rows=[row], change=change) for row in (1, 2, 3) for change in _CHANGES]
     moves += [partial(_zero, row=row) for row in (1, 2, 3)]
-    codes = _minimize_costs(nearest_codes, moves, measure_distortions, list, rd_lambda)
+    codes = minimize_costs(
+        nearest_codes, moves, measure_distortions, lambda codes: CodeRates(codes).bits, rd_lambda
+    )
     is_changed = (codes != nearest_codes).any(axis=0)
     return np.where(is_changed, decode_quaternions(codes, rotation_bits) * norms, quaternions)
 
@@ -152,40 +152,8 @@ def choose_colors(sh_dc: Float64, forms: Float64, step: float, rd_lambda: float)
         for rows in ([0], [1], [2], [0, 1, 2])
         for change in (-1, 1)
     ]
-    codes = _minimize_costs(nearest_codes, moves, measure_distortions, _subtract_green, rd_lambda)
+    codes = minimize_costs(nearest_codes, moves, measure_distortions, _fit_color_rates, rd_lambda)
     return np.where(codes != nearest_codes, codes * step, sh_dc)
-
-
-def _minimize_costs(
-    codes: Int64,
-    moves: Iterable[Callable[[Int64], Int64]],
-    measure_distortions: Callable[[Int64], Float64],
-    to_coded_rows: Callable[[Int64], Iterable[Int64]],
-    rd_lambda: float,
-) -> Int64:
-    """Apply moves to codes; keep each result for the Gaussians whose cost it reduces.
-
-    Args:
-        codes: `[k, n]` codes, whose distortion is 0.
-        moves: Functions that return other codes for given ones.
-        measure_distortions: Returns the `[n]` distortions of codes.
-        to_coded_rows: Returns the rows of codes as they are coded, with separate contexts.
-        rd_lambda: Distortion that is worth a bit.
-    """
-    best = codes.copy()
-    distortions = np.zeros(codes.shape[1])
-    for _ in range(_ROUNDS):
-        rates = CodeRates(to_coded_rows(best))
-        costs = distortions + rd_lambda * rates.bits(to_coded_rows(best))
-        for move in moves:
-            moved = move(best)
-            moved_distortions = measure_distortions(moved)
-            moved_costs = moved_distortions + rd_lambda * rates.bits(to_coded_rows(moved))
-            is_better = moved_costs < costs * (1 - _MIN_GAIN)
-            best[:, is_better] = moved[:, is_better]
-            distortions[is_better] = moved_distortions[is_better]
-            costs[is_better] = moved_costs[is_better]
-    return best
 
 
 def _evaluate_forms(forms: Float64, changes: NDArray[np.floating]) -> Float64:
@@ -213,6 +181,11 @@ def _zero(codes: Int64, row: int) -> Int64:
     changed = codes.copy()
     changed[row] = 0
     return changed
+
+
+def _fit_color_rates(codes: Int64) -> Measure:
+    rates = CodeRates(_subtract_green(codes))
+    return lambda others: rates.bits(_subtract_green(others))
 
 
 def _subtract_green(codes: Int64) -> list[Int64]:
