@@ -39,17 +39,17 @@ def multiply_quaternions(left: Tensor, right: Tensor) -> Tensor:
 
 
 def round_masked(values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:
-    """Round the rows selected by a mask to integers, with the gradient of the identity.
+    """Round the values selected by a mask to integers, with the gradient of the identity.
 
     Args:
         values: `[N, k]` values.
         limits: `[k]` maximum magnitudes. Larger values are clamped and have no gradient.
-        mask: `[N]` mask of the rows to round. Other rows become 0 and have no gradient.
+        mask: `[N, k]` mask of the values to round. Others become 0 and have no gradient.
     """
     if _has_kernels(values) and is_rounding():
         rounded: Tensor = _RoundMasked.apply(values, limits, mask)
         return rounded
-    return round_to_step(torch.clamp(values, -limits, limits), 1.0) * mask[:, None]
+    return round_to_step(torch.clamp(values, -limits, limits), 1.0) * mask
 
 
 def mean_log_norm(values: Tensor) -> Tensor:

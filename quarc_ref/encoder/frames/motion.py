@@ -101,13 +101,12 @@ class _MotionFit:
         self._rate_weight = scale_weight(settings.rd_lambda)
         self._residuals = _Residuals(initial_values, self._binding_sums.level_offsets, scene.header)
         self._updates: TrainedUpdates | None = None
-        self._selection_step = -1
+        self._choice_step = -1
         if scene.header.updates and update_settings is not None and update_settings.lr:
             self._updates = TrainedUpdates(
                 scene.count, scene.header, update_settings, context.device, rd
             )
-            step = max(1, round(update_settings.select_at * settings.iterations))
-            self._selection_step = min(step, settings.iterations)
+            self._choice_step = max(1, round(update_settings.choose_at * settings.iterations))
         self._statistics = ScreenStatistics(scene.count, context.device)
         self._views = context.views.shuffled_indices(context.generator(scene.frame, "motion"))
         self._leaves = self._residuals.leaves()
@@ -116,9 +115,10 @@ class _MotionFit:
         self._adam = Adam()
 
     def take_step(self, step: int) -> None:
-        """Take an optimizer step; first select updates if `UpdateSettings.select_at` is reached."""
+        """Take an optimizer step; first choose residuals at `UpdateSettings.choose_at`."""
         settings, updates = self._settings, self._updates
-        self._select_updates_at(step)
+        if step == self._choice_step:
+            self._choose_residuals(self._move().detached())
         decay = cosine_decay(step, settings.iterations, settings.lr_end_factor)
         learning_rates = self._residuals.learning_rates(settings, decay)
         learning_rates += [updates.learning_rate(decay)] if updates else []
@@ -139,20 +139,21 @@ class _MotionFit:
 
     def result(self) -> FittedMotion:
         """Return the trained and quantized motion and updates."""
-        self._select_updates_at(self._settings.iterations)
         residuals = self._residuals
         motion = FittedMotion(residuals.symbols(), residuals.residuals_in_steps(), self._statistics)
         if self._updates is None:
             return motion
-        updates = self._updates.quantized_updates(self._move())
+        attributes = self._move().detached()
+        self._choose_residuals(attributes)
+        updates = self._updates.quantized_updates(attributes)
         is_deleted = torch.zeros(self._scene.count, dtype=torch.bool, device=self._context.device)
         is_deleted[torch.from_numpy(updates.gaussians[updates.dies]).to(is_deleted.device)] = True
         return replace(motion, statistics=self._statistics.without(is_deleted), updates=updates)
 
-    def _select_updates_at(self, step: int) -> None:
-        """Select updates if this is the step at which `UpdateSettings.select_at` is reached."""
-        if self._updates is not None and step == self._selection_step:
-            self._updates.select(self._move().detached(), self._render, self._context.view_count)
+    def _choose_residuals(self, moved_attributes: Attributes) -> None:
+        if self._updates is not None:
+            view_count = self._context.view_count
+            self._updates.choose_residuals(moved_attributes, self._render, view_count)
 
     def _move(self) -> Attributes:
         sums = self._binding_sums.sum_levels(self._residuals.quantized())

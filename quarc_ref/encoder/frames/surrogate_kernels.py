@@ -72,11 +72,11 @@ def multiply_quaternions_backward(left, right, gradients, left_gradients, right_
 
 @parallel_kernel
 def round_masked(values, limits, mask, rounded):
-    """Clamp values `[N, k]` to limits `[k]` and round them; rows outside the mask become 0."""
+    """Clamp values `[N, k]` to limits `[k]` and round them; 0 outside the mask `[N, k]`."""
     for i in numba.prange(values.shape[0]):
         for k in range(values.shape[1]):
             value = min(max(values[i, k], -limits[k]), limits[k])
-            rounded[i, k] = np.rint(value) if mask[i] else 0
+            rounded[i, k] = np.rint(value) if mask[i, k] else 0
 
 
 @parallel_kernel
@@ -84,7 +84,7 @@ def round_masked_backward(values, limits, mask, gradients, value_gradients):
     """Compute the straight-through gradient: 0 beyond the limits and outside the mask."""
     for i in numba.prange(values.shape[0]):
         for k in range(values.shape[1]):
-            has_gradient = mask[i] and -limits[k] <= values[i, k] <= limits[k]
+            has_gradient = mask[i, k] and -limits[k] <= values[i, k] <= limits[k]
             value_gradients[i, k] = gradients[i, k] if has_gradient else 0
 
 

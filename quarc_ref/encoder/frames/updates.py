@@ -1,8 +1,9 @@
 """Updates of individual Gaussians, trained together with the motion (SPEC 7.8).
 
-At first, the residuals of all Gaussians are trained. Partway through training, the updates
-that lower the loss enough are selected and trained further; the others are set to zero.
-If an update reduces the opacity of a Gaussian to almost 0, the Gaussian is deleted.
+At first, the residuals of all Gaussians are trained. Partway through training, the residuals
+that justify their bits are chosen (`residual_choice`) and trained further; the others stay 0. The
+trained residuals are chosen again at the end. If an update reduces the opacity of a Gaussian to
+almost 0, the Gaussian is deleted.
 """
 
 from collections.abc import Callable
@@ -13,15 +14,19 @@ from torch import Tensor
 
 from quarc_ref.encoder.frames.differentiable import round_masked
 from quarc_ref.encoder.frames.rate_control import RateDistortion
+from quarc_ref.encoder.frames.residual_choice import choose_residuals
 from quarc_ref.encoder.frames.surrogate import rotate
 from quarc_ref.encoder.settings.frames import UpdateSettings
 from quarc_ref.encoder.training.straight_through import translation_step
-from quarc_ref.encoder.training.trainable import Attributes
+from quarc_ref.encoder.training.trainable import Attributes, to_columns, to_rows
 from quarc_ref.format.arrays import Int64
 from quarc_ref.format.constants import CODE_LIMIT, RESIDUAL_ROWS, ROTATION_UNITY_LIMIT
 from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import ROTATION, UPDATE_FIELDS, Updates
 from quarc_ref.rendering.rasterizer import Rendering
+
+# Renders Gaussians with given attributes in a view; returns the rendering and its loss.
+RenderView = Callable[[Attributes, int], tuple[Rendering, Tensor]]
 
 
 def add_residuals(attributes: Attributes, residuals: Tensor, header: StreamHeader) -> Attributes:
@@ -66,9 +71,10 @@ class TrainedUpdates:
         self._header, self._settings, self._rd = header, settings, rd
         self._limits = torch.full((RESIDUAL_ROWS,), float(CODE_LIMIT), device=device)
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
-        self._is_selected = torch.ones(gaussian_count, dtype=torch.bool, device=device)
-        self._selected_rows = torch.arange(gaussian_count, device=device)
         self.leaf = torch.zeros((gaussian_count, RESIDUAL_ROWS), device=device, requires_grad=True)
+        self._is_trained = torch.ones_like(self.leaf, dtype=torch.bool)
+        self._trained_rows = torch.arange(gaussian_count, device=device)
+        self._gradient_at_zero: Tensor | None = None
 
     def learning_rate(self, decay: float) -> float:
         """Return the learning rate in quantization steps, multiplied by a decay factor."""
@@ -85,37 +91,46 @@ class TrainedUpdates:
         Residuals that reduce the loss too little become 0, even beside large residuals of the same
         Gaussian. In a norm of all its residuals, they would cost almost nothing.
         """
-        rate = self.leaf[self._selected_rows].abs().log1p().sum() / self.leaf.shape[0]
+        rows = self._trained_rows
+        rate = (self.leaf[rows] * self._is_trained[rows]).abs().log1p().sum() / len(self.leaf)
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
-    def select(
-        self,
-        attributes: Attributes,
-        render: Callable[[Attributes, int], tuple[Rendering, Tensor]],
-        view_count: int,
-    ) -> None:
-        """Select the updates that reduce the loss by more than `min_gain`, and disable the others.
+    def choose_residuals(self, attributes: Attributes, render: RenderView, view_count: int) -> None:
+        """Reduce the residuals that do not justify their bits; train only those that are not 0.
 
-        The gradient of the loss falls about linearly from its value at zero residuals to about 0 at
-        the trained residuals, so the gain of an update is estimated as half of the product of its
-        residuals and the gradient at zero residuals.
+        The residuals of Gaussians that would be deleted remain. The gradient at zero residuals is
+        measured only by the first call, because the motion hardly changes after it.
 
         Args:
             attributes: Attributes after the motion.
-            render: Function that renders Gaussians with given attributes in a view, and returns
-                the rendering and its loss.
+            render: Function that renders a view.
             view_count: Number of views.
         """
-        zero_residuals = torch.zeros_like(self.leaf, requires_grad=True)
-        mean_gradient = torch.zeros_like(self.leaf)
-        for view in range(view_count):
-            _, loss = render(add_residuals(attributes, zero_residuals, self._header), view)
-            mean_gradient += torch.autograd.grad(loss, zero_residuals)[0] / view_count
+        gaussian_count = len(self.leaf)
+        rd_lambda = self._rd.scale_relative(self._settings.quantize_rd_lambda) / gaussian_count
+        if not rd_lambda:
+            return
         with torch.no_grad():
-            gains = -0.5 * (mean_gradient * self._quantized()).sum(dim=1)
-            min_gain = self._rd.scale_relative(self._settings.min_gain) / gains.numel()
-            self._is_selected = gains > min_gain
-            self._selected_rows = torch.nonzero(self._is_selected)[:, 0]  # waits for a GPU
+            residuals = self._quantized()
+            is_updated = residuals.any(dim=1) & ~self._find_deaths(attributes, residuals)
+            (rows,) = torch.nonzero(is_updated, as_tuple=True)
+        if self._gradient_at_zero is None:
+            zeros = torch.zeros_like(residuals)
+            self._gradient_at_zero = self._measure_gradient(zeros, attributes, render, view_count)
+        gradient = self._measure_gradient(residuals, attributes, render, view_count)
+        columns = choose_residuals(
+            to_columns(residuals[rows]).astype(np.int64),
+            to_columns(gradient[rows]),
+            to_columns(self._gradient_at_zero[rows]),
+            gaussian_count,
+            rd_lambda,
+        )
+        with torch.no_grad():
+            chosen = residuals.clone()
+            chosen[rows] = to_rows(columns.astype(np.float64), residuals[rows])
+            self.leaf.copy_(torch.where(chosen == residuals, self.leaf, chosen))
+            self._is_trained = chosen != 0
+            (self._trained_rows,) = torch.nonzero(self._is_trained.any(dim=1), as_tuple=True)
 
     def quantized_updates(self, attributes: Attributes) -> Updates:
         """Return the quantized updates of a frame.
@@ -125,16 +140,32 @@ class TrainedUpdates:
         """
         with torch.no_grad():
             residuals = self._quantized()
-            updated = self.apply_to(attributes)
-            should_delete = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
-            should_delete &= torch.sigmoid(updated.opacities) < self._settings.death_opacity
-            if bool(should_delete.all()):
-                should_delete[updated.opacities.argmax()] = False
+            should_delete = self._find_deaths(attributes, residuals)
         residual_rows: Int64 = residuals.T.cpu().numpy().astype(np.int64)
         indices = np.flatnonzero(np.any(residual_rows, axis=0))
         dies = should_delete.cpu().numpy()[indices]
         return Updates(indices, dies, residual_rows[:, indices] * ~dies)
 
+    def _find_deaths(self, attributes: Attributes, residuals: Tensor) -> Tensor:
+        """Return a mask of the Gaussians that residuals fade to almost 0; one is always kept."""
+        opacities = add_residuals(attributes, residuals, self._header).opacities
+        should_delete = residuals[:, UPDATE_FIELDS["opacity"]][:, 0] < 0
+        should_delete &= torch.sigmoid(opacities) < self._settings.death_opacity
+        if bool(should_delete.all()):
+            should_delete[opacities.argmax()] = False
+        return should_delete
+
+    def _measure_gradient(
+        self, residuals: Tensor, attributes: Attributes, render: RenderView, view_count: int
+    ) -> Tensor:
+        """Return the gradient of the mean loss of all views by residuals."""
+        leaf = residuals.detach().requires_grad_()
+        mean_gradient = torch.zeros_like(residuals)
+        for view in range(view_count):
+            _, loss = render(add_residuals(attributes, leaf, self._header), view)
+            mean_gradient += torch.autograd.grad(loss, leaf)[0] / view_count
+        return mean_gradient
+
     def _quantized(self) -> Tensor:
-        """Return the `[N, RESIDUAL_ROWS]` rounded residuals, which are 0 for unselected updates."""
-        return round_masked(self.leaf, self._limits, self._is_selected)
+        """Return the `[N, RESIDUAL_ROWS]` rounded residuals; those that are not trained are 0."""
+        return round_masked(self.leaf, self._limits, self._is_trained)

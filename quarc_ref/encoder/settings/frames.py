@@ -197,17 +197,18 @@ class UpdateSettings(Validated):
         "updates is estimated as the mean over all Gaussians of the sum of ln(1 + magnitude in "
         "steps) over their residuals. 0: the loss has no rate term.",
     )
-    select_at: PositiveFraction = described(
-        0.5,
-        "Fraction of the motion iterations after which the Gaussians to update are selected; at "
-        "least one iteration comes before. Only Gaussians with a residual of at least half a step "
-        "by then can be selected.",
+    choose_at: PositiveFraction = described(
+        0.6,
+        "Fraction of the motion iterations after which the residuals of updates are chosen for the "
+        "first time (see updates.quantize_rd_lambda), but at least one iteration. They are chosen "
+        "again at the end; between, only those that are not 0 are trained.",
     )
-    min_gain: NonNegativeFloat = described(
-        0.35,
-        "Gain above which an update is selected. The gain is the decrease of the mean loss of the "
-        "training views, multiplied by the number of Gaussians and divided by the loss of decoded "
-        "frame 0. 0: any decrease is sufficient.",
+    quantize_rd_lambda: NonNegativeFloat = described(
+        0.02,
+        "Rate-distortion weight of choosing residuals: a residual is reduced, or set to 0, if this "
+        "saves enough bits. Each bit may increase the mean loss of the training views by this "
+        "multiple of the loss of decoded frame 0, divided by the number of Gaussians. 0: all "
+        "trained residuals are coded.",
     )
     death_opacity: UnitInterval = described(
         0.02,

@@ -50,8 +50,8 @@ RENAMED = {
     "births.byte_price": "births.rd_lambda",
     "updates.rate": "updates.lr",
     "updates.price_weight": "updates.rd_lambda",
-    "updates.chosen_at": "updates.select_at",
-    "updates.least_gain": "updates.min_gain",
+    "updates.chosen_at": "updates.choose_at",
+    "updates.select_at": "updates.choose_at",
     "updates.dies_below": "updates.death_opacity",
     "rate_weight": "rd_lambda",
 }

@@ -23,7 +23,7 @@ from tests.encoder.toys import SMALL, make_context, make_splats
 _CPU = torch.device("cpu")
 _HEADER = StreamHeader(gaussians_per_anchor=4, updates=True)
 _MOTION = replace(SMALL.motion, iterations=40)
-_UPDATES = UpdateSettings(lr=0.5, rd_lambda=0.0005, min_gain=0.0)
+_UPDATES = UpdateSettings(lr=0.5, rd_lambda=0.0005, quantize_rd_lambda=0.0)
 
 
 def _make_state(header: StreamHeader = _HEADER) -> State:
@@ -140,24 +140,64 @@ def test_a_small_residual_is_penalized_beside_a_large_one():
     assert not trained.leaf.grad[1, 2:].any()
 
 
-@pytest.mark.parametrize("select_at", [0.5, 1.0])
-def test_an_update_that_gains_too_little_is_left_out(select_at):
+@pytest.mark.parametrize("choose_at", [0.5, 1.0])
+def test_residuals_that_do_not_justify_their_bits_are_left_out(choose_at):
     wrong_state = _add_to_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
-    counts = [
-        _fit(wrong_state, replace(_UPDATES, min_gain=min_gain, select_at=select_at)).updates.count
-        for min_gain in (0.0, 0.02, 9.0)
+    residual_counts = [
+        np.count_nonzero(
+            _fit(
+                wrong_state, replace(_UPDATES, quantize_rd_lambda=rd_lambda, choose_at=choose_at)
+            ).updates.residuals
+        )
+        for rd_lambda in (0.0, 0.001, 9.0)
     ]
 
-    assert counts[0] > counts[1] > counts[2] == 0
+    assert residual_counts[0] > residual_counts[1] > residual_counts[2] == 0
 
 
-def test_updates_are_selected_after_the_first_iteration_at_the_earliest():
+def test_residuals_are_chosen_after_the_first_iteration_at_the_earliest():
     wrong_state = _add_to_codes(_make_state(), SH_DC.start, list(range(40)), 3)
 
-    fitted = _fit(wrong_state, replace(_UPDATES, lr=1.0, min_gain=0.0, select_at=1e-9))
+    fitted = _fit(wrong_state, replace(_UPDATES, lr=1.0, quantize_rd_lambda=1e-6, choose_at=1e-9))
 
     assert fitted.updates.count > 0
+
+
+def test_only_chosen_residuals_are_trained_further():
+    state = _make_state()
+    attributes = from_splats(dequantize(state.scene), _CPU)
+    trained = TrainedUpdates(
+        state.scene.count, _HEADER, replace(_UPDATES, quantize_rd_lambda=1e-6), _CPU
+    )
+    with torch.no_grad():
+        trained.leaf[:40, 0], trained.leaf[:20, 9] = 4.6, 2.6
+
+    # The loss does not depend on opacities.
+    trained.choose_residuals(attributes, lambda moved, _: (None, -moved.means[:, 0].sum()), 1)
+    with torch.no_grad():
+        trained.leaf += 1.0
+
+    updates = trained.quantized_updates(attributes)
+    assert updates.gaussians.tolist() == list(range(40))
+    assert np.all(updates.residuals[0] == 6)
+    assert not updates.residuals[1:].any()
+
+
+def test_residuals_of_a_deleted_gaussian_are_kept():
+    state = _make_state()
+    attributes = from_splats(dequantize(state.scene), _CPU)
+    trained = TrainedUpdates(
+        state.scene.count, _HEADER, replace(_UPDATES, quantize_rd_lambda=9.0), _CPU
+    )
+    with torch.no_grad():
+        trained.leaf[[7, 70], 9] = torch.tensor([-3.0, -60.0])
+
+    trained.choose_residuals(attributes, lambda moved, _: (None, moved.opacities.sum()), 1)
+
+    updates = trained.quantized_updates(attributes)
+    assert updates.gaussians.tolist() == [70]
+    assert updates.dies.tolist() == [True]
 
 
 @pytest.mark.parametrize(

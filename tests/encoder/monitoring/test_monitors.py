@@ -56,7 +56,7 @@ def test_monitors_are_called_for_every_event_and_change_no_byte():
 
 def test_monitors_receive_all_deaths_including_those_by_updates():
     stream = replace(SMALL.stream, updates=True)
-    updates = UpdateSettings(lr=0.9, rd_lambda=0.0, min_gain=0.0, death_opacity=0.4)
+    updates = UpdateSettings(lr=0.9, rd_lambda=0.0, quantize_rd_lambda=0.0, death_opacity=0.4)
     monitor = _RecordingMonitor()
 
     data = _encode(monitor, replace(SMALL, stream=stream, updates=updates))
