@@ -185,10 +185,13 @@ class TerminalProgress:
             self._tasks[stage] = self._bars.add_task(stage, total=total or None, status="")
         status = self._get_status(stage)
         self._bars.update(self._tasks[stage], completed=done, total=total or None, status=status)
-        if self._prints_lines and stage in self._LINE_STAGES:
-            self._print_line(stage, done, total)
-        if self._should_warn_about_engine:
-            self._should_warn_about_engine = not warn_about_reference_engine()
+        try:
+            if self._prints_lines and stage in self._LINE_STAGES:
+                self._print_line(stage, done, total)
+            if self._should_warn_about_engine:
+                self._should_warn_about_engine = not warn_about_reference_engine()
+        except OSError:  # nobody reads it any more, which is no reason to end hours of work
+            self._prints_lines = self._should_warn_about_engine = False
 
     def show_status(self, status: "Callable[[], str]") -> None:
         """Show a status text next to the stages `canonical` and `frames`.

@@ -1,3 +1,4 @@
+import io
 import math
 
 import pytest
@@ -80,6 +81,18 @@ def test_quiet_work_writes_nothing_even_if_long(clock, capsys):
         progress.advance("frames", 1, 2)
 
     assert capsys.readouterr().err == ""
+
+
+def test_work_goes_on_if_nobody_reads_the_progress(clock, monkeypatch):
+    class ClosedPipe(io.StringIO):
+        def write(self, _text):
+            raise BrokenPipeError
+
+    monkeypatch.setattr("sys.stderr", ClosedPipe())
+    with TerminalProgress(quiet=False) as progress:
+        for done in range(1, 4):
+            clock[0] += 100
+            progress.advance("decode", done, 3)
 
 
 def test_a_terminal_shows_bars_on_stderr(monkeypatch, capsys):
