@@ -26,7 +26,6 @@ from quarc_ref.decoder.engines import find_fast_engine
 
 GAUSSIAN_COUNTS = (20_000, 100_000, 244_000, 1_000_000)
 _FRAMES_BY_SIZE = {1_000_000: 21}
-_CLI_CODE = "from quarc_ref.cli.app import main; main()"
 
 
 def make_stream(job: Job, cache: Path) -> Path:
@@ -42,7 +41,7 @@ def make_stream(job: Job, cache: Path) -> Path:
 
 def measure(path: Path, threads: int, engine: str) -> dict[str, Any]:
     """Return the result of `quarc-ref bench`, run in a separate process."""
-    command = [sys.executable, "-c", _CLI_CODE, "bench", str(path), "--threads", str(threads)]
+    command = [sys.executable, "-m", "quarc_ref", "bench", str(path), "--threads", str(threads)]
     process = subprocess.run(
         [*command, "--json", "--quiet"],
         env={**os.environ, "QUARC_REF_ENGINE": engine},

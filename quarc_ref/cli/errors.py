@@ -15,12 +15,12 @@ import sys
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from types import FrameType
 from typing import Any, NoReturn, TextIO
 
 import typer
 
 from quarc_ref.cli.output import print_message
+from quarc_ref.cli.signals import SIGNAL_BASE, Termination, raise_on_signals
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.export.errors import NoFramesError
 from quarc_ref.export.table import EXPORT_FORMATS
@@ -37,7 +37,6 @@ from quarc_ref.format.errors import (
 EXIT_INVALID_STREAM = 1
 EXIT_USAGE = 2
 EXIT_FAILURE = 3
-_EXIT_SIGNAL_BASE = 128
 _SIGPIPE = 13  # not defined by `signal` on Windows
 _EXTRA_BY_PACKAGE = {
     "gsplat": "gpu",
@@ -56,14 +55,11 @@ class UsageError(Exception):
     """An option or a path is invalid, or options conflict."""
 
 
-class Termination(KeyboardInterrupt):
-    """Raised on SIGTERM: the command stops as after Ctrl-C, but with a different exit code."""
-
-
 @contextmanager
 def report_errors() -> Iterator[None]:
     """Convert an exception of a command to a message on standard error and an exit code."""
     try:
+        raise_on_signals()
         yield
         sys.stdout.flush()  # if flushing failed at exit, Python would return exit code 120
     except typer.Exit:
@@ -83,17 +79,8 @@ def report_closed_pipe() -> Iterator[None]:
         yield
     except SystemExit as error:
         if isinstance(error.__context__, BrokenPipeError):
-            raise SystemExit(_EXIT_SIGNAL_BASE + _SIGPIPE) from error
+            raise SystemExit(SIGNAL_BASE + _SIGPIPE) from error
         raise
-
-
-def install_sigterm_handler() -> None:
-    """Handle SIGTERM like Ctrl-C, so that cleanup code runs."""
-    signal.signal(signal.SIGTERM, _raise_termination)
-
-
-def _raise_termination(_number: int, _frame: FrameType | None) -> NoReturn:
-    raise Termination
 
 
 def ensure_standard_streams() -> None:
@@ -168,9 +155,9 @@ _ERROR_HANDLERS: tuple[tuple[tuple[type[BaseException], ...], int, Callable[[Any
 def _get_message_and_code(error: BaseException) -> tuple[str, int]:
     """Return the message, which may be empty, and the exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
-        return str(error) or _INTERRUPTED_MESSAGE, _EXIT_SIGNAL_BASE + _find_signal(error)
+        return str(error) or _INTERRUPTED_MESSAGE, SIGNAL_BASE + _find_signal(error)
     if isinstance(error, BrokenPipeError) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
-        return "", _EXIT_SIGNAL_BASE + _SIGPIPE
+        return "", SIGNAL_BASE + _SIGPIPE
     for error_types, code, describe in _ERROR_HANDLERS:
         if isinstance(error, error_types):
             return describe(error), code

@@ -3,7 +3,7 @@
 import subprocess
 import sys
 
-COMMAND = [sys.executable, "-c", "from quarc_ref.cli.app import main; main()"]
+COMMAND = [sys.executable, "-m", "quarc_ref"]
 
 # Writes a frame of a stream for each line of standard input, and prints its ordinal.
 SLOW_ENCODER = """

@@ -18,7 +18,7 @@ HEAVY_PACKAGES = {"torch", "cv2", "matplotlib", "scipy", "numba", "av", "pycolma
 
 _LIST_MODULES = """
 import json, sys
-from quarc_ref.cli.app import main
+from quarc_ref.__main__ import main
 sys.argv = ["quarc-ref", *sys.argv[1:]]
 try:
     main()

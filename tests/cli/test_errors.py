@@ -3,7 +3,8 @@ import errno
 import pytest
 import typer
 
-from quarc_ref.cli.errors import Termination, UsageError, report_errors
+from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.signals import Termination
 from quarc_ref.datasets.errors import TruncatedVideoError
 from quarc_ref.format.errors import (
     ClosedLoopError,

@@ -34,7 +34,7 @@ _OPTIONS = [
 _PROGRAM_WITHOUT_COMPILER = """
 import sys
 sys.modules["torch._dynamo"] = None
-from quarc_ref.cli.app import main
+from quarc_ref.__main__ import main
 main()
 """
 

@@ -9,7 +9,7 @@ from tests.cli.processes import start
 
 _KILLING_PROGRAM = """
 import os, signal, sys
-from quarc_ref.cli.app import main
+from quarc_ref.__main__ import main
 from quarc_ref.files import {owner}
 
 write, calls = {owner}.{method}, []

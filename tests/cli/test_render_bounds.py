@@ -15,7 +15,7 @@ from tests.small_streams import make_stream
 _MAX_MEBIBYTES = 1024
 _MEASURING_PROGRAM = """
 import sys
-from quarc_ref.cli.app import main
+from quarc_ref.__main__ import main
 from quarc_ref.inspection.peak_memory import measure_peak_mebibytes
 try:
     main()

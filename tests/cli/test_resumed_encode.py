@@ -17,10 +17,11 @@ from tests.encoder.resume.saved import read_checkpoint_arrays
 
 _PROGRAM_WITH_PROGRESS = """
 import sys
-from quarc_ref.cli import app, output
+from quarc_ref.__main__ import main
+from quarc_ref.cli import output
 output._SECONDS_BETWEEN_LINES = 0.0
 sys.argv = ["quarc-ref", *sys.argv[1:]]
-app.main()
+main()
 """
 
 

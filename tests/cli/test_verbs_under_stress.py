@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import pytest
 
 from quarc_ref.cli.app import app
-from quarc_ref.cli.errors import install_sigterm_handler
+from quarc_ref.cli.signals import exit_on_signals
 from tests.cli.commands import list_names, make_folder, run
 from tests.cli.stress import (
     INPUTS_BY_VERB,
@@ -196,7 +196,7 @@ def _handle_signals_like_the_command():
     handlers_before = {
         number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGINT)
     }
-    install_sigterm_handler()
+    exit_on_signals()
     yield
     for number, handler in handlers_before.items():
         signal.signal(number, handler)

@@ -19,7 +19,7 @@ _PROGRAM = """
 import sys
 for name in {}:
     sys.modules[name] = None
-from quarc_ref.cli.app import main
+from quarc_ref.__main__ import main
 sys.argv = ["quarc-ref", *sys.argv[1:]]
 main()
 """
