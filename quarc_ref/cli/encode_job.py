@@ -137,7 +137,12 @@ def encode_to_joined_file(
         UnusableCaptureError: The capture cannot be encoded with useful quality.
         ResumeError: The interrupted encode used a different capture or different settings.
         JobsError: Some segments could not be encoded; all finished segments are kept.
+        ImportError: The pool is a Ray cluster, but Ray is not installed.
     """
+    from quarc_ref.jobs import require_ray
+
+    if pool.ray is not None:
+        require_ray()
     is_finished = write_mode.resume and target.is_file() and not write_mode.force
     with open_segments_folder(
         target, force=write_mode.force or is_finished, resume=write_mode.resume
@@ -149,8 +154,8 @@ def encode_to_joined_file(
         if is_finished:
             segments.require_finished(target, capture, options)
             return
-        options.check(capture)
         segment_list = _split_capture(job, capture, options, folder.path.absolute(), segment_count)
+        options.check(capture)
         for segment in segment_list:
             folder.register(segment.file.name)
             folder.register(checkpoint_path(segment.file).name)

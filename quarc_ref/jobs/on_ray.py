@@ -7,6 +7,11 @@ from typing import Any
 from quarc_ref.jobs.job import LOCAL_CLUSTER, Outcome, WorkerPool, run_call
 
 
+def require_ray() -> None:
+    """Raise ImportError if Ray is not installed."""
+    import ray  # noqa: F401
+
+
 def run_on_ray(calls: Sequence[bytes], pool: WorkerPool) -> Iterator[tuple[int, Outcome]]:
     """Run calls on a Ray cluster, which determines how many calls run at the same time.
 

@@ -1,5 +1,6 @@
 import io
 import os
+import sys
 
 import pytest
 
@@ -187,6 +188,25 @@ def test_options_that_segments_do_not_allow_are_a_usage_error_and_write_nothing(
     result = run(*_make_command(capture, tmp_path / "a.quarc", *options))
 
     assert result.exit_code == 2
+    assert message in result.stderr
+    assert list_names(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        (["--segments", 4], 2, "--segments 4: 3 frames cannot be split into 4 segments"),
+        (["--segments", 2, "--ray", "auto"], 3, "ray cannot be imported; install it with: pip"),
+    ],
+)
+def test_options_of_segments_are_checked_before_the_capture(
+    options, code, message, capture, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.setattr(EncodeOptions, "check", _raise_keyboard_interrupt)
+    result = run(*_make_command(capture, tmp_path / "a.quarc", *options))
+
+    assert result.exit_code == code
     assert message in result.stderr
     assert list_names(tmp_path) == []
 
