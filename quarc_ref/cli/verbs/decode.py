@@ -137,7 +137,7 @@ def _describe_missing_frames(source: "Source", frames: str | None, total: int) -
     if total:
         first_frame = outline_stream(source).first_frame
         available_text = f"; it has {format_count(total, 'frame')} from {first_frame} on"
-    return f"--frames {frames}: the stream has none of these frames{available_text}"
+    return f"the stream has none of the frames that --frames {frames} selects{available_text}"
 
 
 @contextmanager
