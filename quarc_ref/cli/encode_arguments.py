@@ -79,8 +79,6 @@ QualityLevel = Annotated[
     typer.Option(
         "--quality",
         metavar="Q",
-        min=0,
-        max=100,
         help="Quality from 0 to 100; an increase of 20 halves the weight of bytes (--lambda).",
         show_default="50",
     ),

@@ -42,6 +42,13 @@ def require_positive(values: dict[str, float | None]) -> None:
             raise UsageError(message)
 
 
+def require_quality(quality: float | None) -> None:
+    """Raise UsageError if `--quality` is given and is not a number from 0 to 100."""
+    if quality is not None and not 0 <= quality <= 100:
+        message = f"--quality takes a number from 0 to 100, not {quality}"
+        raise UsageError(message)
+
+
 def format_settings(values: dict[str, float | None]) -> list[str]:
     """Return `KEY=VALUE` texts of the encoder settings that are not None."""
     return [f"{key}={value}" for key, value in values.items() if value is not None]

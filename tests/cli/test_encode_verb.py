@@ -157,6 +157,8 @@ def test_logs_cannot_be_combined_with_segments(capture, tmp_path):
         (["--set", "motion.iterations=many"], "motion.iterations takes"),
         (["--set", "stream.level_count=9"], "level_count"),
         (["--set", "foo=1"], "no setting 'foo'; encode --list-settings lists all settings"),
+        (["--quality", "nan"], "--quality takes a number from 0 to 100, not nan"),
+        (["--quality", "101"], "--quality takes a number from 0 to 100, not 101.0"),
         (["--lambda", "0"], "--lambda takes a number above 0, not 0.0"),
         (["--lambda", "-1"], "--lambda takes a number above 0, not -1.0"),
         (["--lambda", "nan"], "--lambda takes a number above 0, not nan"),

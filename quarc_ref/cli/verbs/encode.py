@@ -41,7 +41,12 @@ from quarc_ref.cli.encode_job import (
     is_remote_cluster,
 )
 from quarc_ref.cli.encode_monitors import LogOptions, open_monitors
-from quarc_ref.cli.encoder_options import format_settings, make_config, require_positive
+from quarc_ref.cli.encoder_options import (
+    format_settings,
+    make_config,
+    require_positive,
+    require_quality,
+)
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import (
     STANDARD_STREAM,
@@ -157,6 +162,7 @@ def _make_config_from_options(
         UsageError: A setting does not exist, its value or that of an option is not allowed, an
             option changes the same setting, or format 1.0 does not support the value.
     """
+    require_quality(setting_values["quality"])
     require_positive(
         {
             "--lambda": setting_values["rd_lambda"],
