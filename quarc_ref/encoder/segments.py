@@ -17,6 +17,7 @@ from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.monitoring.monitor import NullMonitor
 from quarc_ref.encoder.progress import NullProgress, Progress
+from quarc_ref.encoder.resume.differences import name_stream
 from quarc_ref.encoder.resume.partial_stream import (
     read_partial_stream,
     require_frame_count,
@@ -136,7 +137,11 @@ def require_resumable(segments: Sequence[Segment], capture: Capture) -> None:
             continue
         part = slice_capture(capture, segment.first, segment.count)
         metadata = describe_encode(part, segment.options.config, segment.options.device)
-        with segment.file.open("rb") as file, suppress(BitstreamError):
+        with (
+            segment.file.open("rb") as file,
+            suppress(BitstreamError),
+            name_stream(segment.file),
+        ):
             partial_stream = read_partial_stream(FileSource(file))
             if partial_stream is not None:
                 require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
@@ -153,8 +158,9 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
         )
         raise ResumeError(message)
     metadata = describe_encode(capture, options.config, options.device)
-    require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
-    require_frame_count(partial_stream, capture.require_frames(options.frames))
+    with name_stream(path):
+        require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
+        require_frame_count(partial_stream, capture.require_frames(options.frames))
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:

@@ -13,6 +13,7 @@ from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.encode_stream import encode
 from quarc_ref.encoder.resume.checkpoint import checkpoint_path
+from quarc_ref.encoder.resume.differences import name_stream
 from quarc_ref.encoder.resume.partial_stream import read_partial_stream, require_match
 from quarc_ref.files.locks import is_still_at, lock_file, open_regular_file
 from quarc_ref.format.errors import ResumeError
@@ -62,14 +63,15 @@ def encode_into(capture: Capture, file: BinaryIO, path: Path, options: EncodeOpt
         BitstreamError: See `encode_file`.
         ResumeError: The file contains a stream of another encode.
     """
-    partial_stream = read_partial_stream(FileSource(file))
-    if partial_stream is not None and not partial_stream.frames:
-        metadata = describe_encode(capture, options.config, options.device)
-        require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
-        partial_stream = None
-    if partial_stream is None:
-        file.truncate(file.seek(0))
-    encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), partial_stream)
+    with name_stream(path):
+        partial_stream = read_partial_stream(FileSource(file))
+        if partial_stream is not None and not partial_stream.frames:
+            metadata = describe_encode(capture, options.config, options.device)
+            require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
+            partial_stream = None
+        if partial_stream is None:
+            file.truncate(file.seek(0))
+        encode(capture, file, replace(options, checkpoint=checkpoint_path(path)), partial_stream)
 
 
 def remove_if_empty(path: Path) -> None:

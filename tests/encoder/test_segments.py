@@ -87,7 +87,7 @@ def test_a_joined_stream_is_recognized(joined_stream, tmp_path):
     require_finished(path, make_capture(3), _OPTIONS)
     with pytest.raises(ResumeError, match="these differ: seed"):
         require_finished(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
-    with pytest.raises(ResumeError, match="with 3 frames, but 2 are requested"):
+    with pytest.raises(ResumeError, match=f"{path}: the stream is complete with 3 frames, but"):
         require_finished(path, make_capture(3), replace(_OPTIONS, frames=2))
     path.write_bytes(joined_stream[:-1])
     with pytest.raises(ResumeError, match="not a complete stream"):

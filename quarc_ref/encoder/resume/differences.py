@@ -1,5 +1,9 @@
 """Names what differs between an interrupted encode and the encode that is to resume it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 from quarc_ref.encoder.settings.renamed import update_names
 from quarc_ref.format.errors import ResumeError
 
@@ -8,6 +12,16 @@ _DESCRIPTIONS = {
     "fingerprint": "fingerprint (of the capture's files, including masks)",
     "encoder": "encoder (the version of quarc-ref or of a library)",
 }
+
+
+@contextmanager
+def name_stream(path: Path) -> Iterator[None]:
+    """Add the path of a stream to the message of a ResumeError."""
+    try:
+        yield
+    except ResumeError as error:
+        message = f"{path}: {error}"
+        raise ResumeError(message) from error
 
 
 def make_resume_error(what: str, differences: list[str]) -> ResumeError:

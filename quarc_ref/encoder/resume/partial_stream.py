@@ -144,8 +144,13 @@ def require_frame_count(partial_stream: PartialStream, frame_count: int) -> None
     """Raise ResumeError if the stream has too many frames, or is complete but has too few."""
     found_count = len(partial_stream.frames)
     if found_count > frame_count or (partial_stream.is_finished and found_count < frame_count):
-        state = "is complete with" if partial_stream.is_finished else "has"
-        message = f"the stream {state} {found_count} frames, but {frame_count} are requested"
+        state, option = "has", f"--frames {found_count} or more"
+        if partial_stream.is_finished:
+            state, option = "is complete with", f"--frames {found_count}"
+        message = (
+            f"the stream {state} {found_count} frames, but {frame_count} are requested: use "
+            f"{option}, or encode to another file"
+        )
         raise ResumeError(message)
 
 
