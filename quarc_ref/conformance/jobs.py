@@ -17,7 +17,7 @@ from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import BitstreamError, LimitError
 from quarc_ref.streams.decode_stream import decode
 from quarc_ref.streams.recover import Gap, recover
-from quarc_ref.streams.source import Source, as_source
+from quarc_ref.streams.source import BytesLike, Source, as_source
 
 Line = dict[str, Any]
 
@@ -89,7 +89,7 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
 
 
 def describe_stream(
-    stream: bytes | Source, start: int = 0, outputs: Iterable[str] = ()
+    stream: BytesLike | Source, start: int = 0, outputs: Iterable[str] = ()
 ) -> Iterator[Line]:
     """Yield a line for every frame from `start` on, and a last line if it is rejected or declined.
 

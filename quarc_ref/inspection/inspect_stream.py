@@ -25,10 +25,10 @@ from quarc_ref.inspection.stream_summary import KINDS, ChunkSummary, FrameSummar
 from quarc_ref.inspection.symbols import count_magnitudes
 from quarc_ref.streams.chunk_reader import ChunkReader, check_payload_crc
 from quarc_ref.streams.seek import read_tail_chunk
-from quarc_ref.streams.source import Source, as_source
+from quarc_ref.streams.source import BytesLike, Source, as_source
 
 
-def count_frames(stream: bytes | Source) -> int:
+def count_frames(stream: BytesLike | Source) -> int:
     """Count frames without decoding: read TAIL, or the chunk headers if there is no TAIL.
 
     Returns:
@@ -53,7 +53,7 @@ def count_frames(stream: bytes | Source) -> int:
 
 
 def inspect_stream(
-    stream: bytes | Source, on_progress: Callable[[str, int, int], None] | None = None
+    stream: BytesLike | Source, on_progress: Callable[[str, int, int], None] | None = None
 ) -> StreamSummary:
     """Decode a stream and summarize its contents.
 

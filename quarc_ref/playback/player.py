@@ -12,7 +12,7 @@ from types import TracebackType
 
 from quarc_ref.playback.frame_pipeline import Frame, FramePipeline, Frames, Times
 from quarc_ref.streams.follow import Follow
-from quarc_ref.streams.source import Source, as_source
+from quarc_ref.streams.source import BytesLike, Source, as_source
 
 
 class Player:
@@ -21,7 +21,8 @@ class Player:
     A run plays frames in order from a start frame. Starting a run ends the previous run.
 
     Args:
-        stream: The stream, as bytes or as a source. A source must not be closed before the player.
+        stream: The stream, as a bytes-like object or as a source, which must not be closed before
+            the player.
         threads: 1 to decode frames on demand; 2 or more to decode in advance, with an
             engine that may use this number of threads.
         prefetch: Maximum number of frames that are converted to floats in advance, including
@@ -38,7 +39,7 @@ class Player:
 
     def __init__(
         self,
-        stream: bytes | Source,
+        stream: BytesLike | Source,
         *,
         threads: int = 2,
         prefetch: int = 2,

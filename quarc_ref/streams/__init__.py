@@ -3,8 +3,9 @@
     for scene in decode(data):
         splats = dequantize(scene)
 
-Functions take a stream as bytes or as a `Source`, which returns the bytes at an offset.
-`open_source` opens a file, an HTTP URL or standard input. `recover` decodes damaged streams.
+Functions take a stream as a bytes-like object or as a `Source`, which returns the bytes at an
+offset. `open_source` opens a file, an HTTP URL or standard input. `recover` decodes damaged
+streams.
 """
 
 from quarc_ref.streams.decode_stream import decode

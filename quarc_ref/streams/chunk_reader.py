@@ -20,7 +20,7 @@ from quarc_ref.format.errors import (
     TruncatedError,
 )
 from quarc_ref.format.records import StreamHeader
-from quarc_ref.streams.source import Source, as_source
+from quarc_ref.streams.source import BytesLike, Source, as_source
 
 _PIECE_BYTES = 1 << 16
 
@@ -171,7 +171,7 @@ def check_payload_crc(source: Source, header: ChunkHeader) -> None:
     container.verify_payload(header, crc, source.read(end, CHUNK_CRC_BYTES))
 
 
-def split_chunks(stream: bytes | Source) -> Iterator[Chunk]:
+def split_chunks(stream: BytesLike | Source) -> Iterator[Chunk]:
     """Yield the chunks of a stream after checking their CRCs.
 
     Ancillary chunks of unknown types are checked and skipped.

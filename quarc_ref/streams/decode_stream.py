@@ -14,11 +14,11 @@ from quarc_ref.format.container import Chunk
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.follow import Follow, poll
 from quarc_ref.streams.seek import seek
-from quarc_ref.streams.source import Source, as_source
+from quarc_ref.streams.source import BytesLike, Source, as_source
 
 
 def decode(
-    stream: bytes | Source,
+    stream: BytesLike | Source,
     start: int = 0,
     stop: int | None = None,
     follow: Follow | None = None,
@@ -47,7 +47,7 @@ def decode(
 
 
 def decode_states(
-    stream: bytes | Source,
+    stream: BytesLike | Source,
     start: int = 0,
     stop: int | None = None,
     follow: Follow | None = None,
@@ -61,7 +61,7 @@ def decode_states(
 
 
 def walk_frames(
-    stream: bytes | Source,
+    stream: BytesLike | Source,
     decoder: StreamDecoder,
     start: int = 0,
     stop: int | None = None,

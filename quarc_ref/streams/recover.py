@@ -25,7 +25,7 @@ from quarc_ref.streams.resync import (
     SearchBudget,
     parse_ordinal,
 )
-from quarc_ref.streams.source import Source, as_source
+from quarc_ref.streams.source import BytesLike, Source, as_source
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Gap:
 
 
 def recover(
-    stream: bytes | Source, follow: Follow | None = None, decoder: StreamDecoder | None = None
+    stream: BytesLike | Source, follow: Follow | None = None, decoder: StreamDecoder | None = None
 ) -> Iterator[Scene | Gap]:
     """Decode the frames of a stream that may be damaged.
 

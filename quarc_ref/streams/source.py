@@ -3,7 +3,10 @@
 The sources for files, pipes and servers are in `sources` and `http_source`.
 """
 
+from mmap import mmap
 from typing import Protocol
+
+BytesLike = bytes | bytearray | memoryview | mmap
 
 
 class Source(Protocol):
@@ -23,27 +26,31 @@ class Source(Protocol):
 
 
 class BytesSource:
-    """A stream in memory."""
+    """A stream in memory, which is not copied.
 
-    def __init__(self, data: bytes) -> None:
-        self._data = data
+    Args:
+        data: The bytes; a mapped file must not be closed while it is read.
+    """
+
+    def __init__(self, data: BytesLike) -> None:
+        self._data = memoryview(data).cast("B")
 
     def read(self, offset: int, length: int) -> bytes:
         """Read `length` bytes at `offset`, or fewer at the end."""
-        return self._data[offset : offset + length]
+        return bytes(self._data[offset : offset + length])
 
     def size(self) -> int:
         """Return the size in bytes."""
         return len(self._data)
 
 
-def as_source(stream: bytes | Source) -> Source:
+def as_source(stream: BytesLike | Source) -> Source:
     """Wrap bytes in a source; return a source unchanged.
 
     Raises:
         TypeError: The argument is neither.
     """
-    if isinstance(stream, bytes):
+    if isinstance(stream, BytesLike):
         return BytesSource(stream)
     if not hasattr(stream, "size"):
         message = (

@@ -1,4 +1,5 @@
 import io
+import mmap
 import os
 import sys
 import threading
@@ -29,6 +30,16 @@ def path(tmp_path_factory):
     path = tmp_path_factory.mktemp("sources") / "bytes"
     path.write_bytes(_BYTES)
     return path
+
+
+def test_a_stream_in_memory_is_any_bytes_like_object(tmp_path):
+    (tmp_path / "a.quarc").write_bytes(_DATA)
+    with (
+        (tmp_path / "a.quarc").open("rb") as file,
+        mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped,
+    ):
+        for stream in (_DATA, bytearray(_DATA), memoryview(_DATA), mapped):
+            assert [compute_digest(scene) for scene in decode(stream)] == _DIGESTS
 
 
 @pytest.mark.parametrize("stream", ["a.quarc", Path("a.quarc"), io.BytesIO(), None])
