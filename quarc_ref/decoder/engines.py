@@ -12,6 +12,8 @@ from quarc_ref.decoder.engine import FAST, REFERENCE, Engine
 from quarc_ref.decoder.reference_engine import ReferenceEngine
 from quarc_ref.format.errors import EnvironmentVariableError
 
+MAX_THREADS = 64
+
 
 def choose_engine(threads: int = 1) -> Engine[Any]:
     """Return the fast engine if it is installed, otherwise the reference engine.
@@ -19,7 +21,8 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
     The environment variable `QUARC_REF_ENGINE` (`reference` or `fast`) overrides this choice.
 
     Args:
-        threads: Number of threads that the engine may use for one frame.
+        threads: Number of threads that the engine may use for one frame; more than MAX_THREADS are
+            not started.
 
     Raises:
         EnvironmentVariableError: QUARC_REF_ENGINE names an unknown engine, or one that is
@@ -33,7 +36,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
     if make_fast_engine is None and engine_name == FAST:
         message = f"QUARC_REF_ENGINE is 'fast', but {_explain_missing()}: see core/README.md"
         raise EnvironmentVariableError(message)
-    return make_fast_engine(threads) if make_fast_engine else ReferenceEngine()
+    return make_fast_engine(min(threads, MAX_THREADS)) if make_fast_engine else ReferenceEngine()
 
 
 @contextmanager

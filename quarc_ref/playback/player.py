@@ -24,7 +24,7 @@ class Player:
         stream: The stream, as a bytes-like object or as a source, which must not be closed before
             the player.
         threads: 1 to decode frames on demand; 2 or more to decode in advance, with an
-            engine that may use this number of threads.
+            engine that may use this number of threads, but at most 64.
         prefetch: Maximum number of frames that are converted to floats in advance, including
             the one that is being converted; at least 1. A frame takes about 150 bytes per
             Gaussian.

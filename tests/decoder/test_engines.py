@@ -34,6 +34,13 @@ def test_a_block_overrides_the_environment_variable(monkeypatch):
         assert isinstance(engines.choose_engine(), ReferenceEngine) == (outer == REFERENCE)
 
 
+def test_the_number_of_threads_is_limited(monkeypatch):
+    monkeypatch.delenv("QUARC_REF_ENGINE", raising=False)
+    monkeypatch.setattr(engines, "find_fast_engine", lambda: lambda threads: threads)
+
+    assert [engines.choose_engine(count) for count in (2, 100_000)] == [2, engines.MAX_THREADS]
+
+
 def test_a_missing_fast_engine_is_replaced_unless_it_is_requested(monkeypatch):
     monkeypatch.setattr(engines, "find_fast_engine", lambda: None)
     monkeypatch.delenv("QUARC_REF_ENGINE", raising=False)
