@@ -1,6 +1,6 @@
 """Explanations of table columns and rows, shown at the end of a command's `--help`.
 
-docs/guides/comparing.md and docs/guides/streams.md explain the columns in more detail.
+docs/guides/comparing.md explains the columns of `eval` and `compare` in more detail.
 """
 
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ INFO_ROWS = {
     "zero-order estimate": "the paper's estimate of the size of the same symbols (entropy).",
     "overhead": "headers, cameras, metadata and checksums.",
     "KB per frame": "mean size of the frames that are not keyframes; then the size of the whole "
-    "stream divided by the number of frames.",
+    "stream divided by the number of frames; a KB is 1024 bytes.",
 }
 
 

@@ -7,7 +7,7 @@ from quarc_ref.evaluation.quality import EVAL_METRIC_COLUMNS
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import KINDS
 from tests.cli.commands import run
-from tests.docs.pages import ROOT
+from tests.docs.pages import GUIDES
 
 
 def _split_names(explanations):
@@ -29,17 +29,19 @@ def test_every_kind_of_bytes_that_info_prints_is_explained(stream_file):
 
 
 @pytest.mark.parametrize(
-    ("verb", "explanations", "guide"),
-    [
-        ("eval", EVAL_COLUMNS, "comparing"),
-        ("compare", COMPARE_COLUMNS, "comparing"),
-        ("info", INFO_ROWS, "streams"),
-    ],
+    ("verb", "explanations"),
+    [("eval", EVAL_COLUMNS), ("compare", COMPARE_COLUMNS), ("info", INFO_ROWS)],
 )
-def test_help_and_guide_have_a_line_for_each(verb, explanations, guide):
+def test_help_has_a_line_for_each(verb, explanations):
     help_text = " ".join(run(verb, "--help").stdout.split())
-    text = (ROOT / "docs" / "guides" / f"{guide}.md").read_text("utf-8")
 
     for name, explanation in explanations.items():
         assert f"{name}: {explanation}" in help_text
-        assert all(f"`{row_name}`" in text for row_name in name.split(", ")), name
+
+
+@pytest.mark.parametrize("explanations", [EVAL_COLUMNS, COMPARE_COLUMNS])
+def test_the_guide_has_a_line_for_each(explanations):
+    text = (GUIDES / "comparing.md").read_text("utf-8")
+
+    for name in _split_names(explanations):
+        assert f"`{name}`" in text
