@@ -20,6 +20,8 @@ import sys
 for name in {}:
     sys.modules[name] = None
 from quarc_ref.__main__ import main
+from quarc_ref.cli import output
+output._SECONDS_BETWEEN_LINES = float("inf")  # a slow machine reports no progress
 sys.argv = ["quarc-ref", *sys.argv[1:]]
 main()
 """
