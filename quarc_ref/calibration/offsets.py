@@ -64,7 +64,8 @@ class Offsets:
     @property
     def written_offsets(self) -> dict[str, float]:
         """Offsets by camera name as `quarc-capture.json` contains them, rounded to 1/100 frame."""
-        return {name: round(offset, 2) for name, offset in self.frame_offsets.items()}
+        # Adding 0 turns -0.0 into 0.0.
+        return {name: round(offset, 2) + 0.0 for name, offset in self.frame_offsets.items()}
 
     @property
     def unreliable_cameras(self) -> list[str]:

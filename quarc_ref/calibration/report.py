@@ -75,7 +75,7 @@ def make_camera_rows(calibration: Calibration) -> list[list[str]]:
     for camera in calibration.world.cameras:
         fit = calibration.solution.fits[camera.name]
         confidence = offsets.confidence.get(camera.name)
-        offset = f"{offsets.frame_offsets[camera.name]:+.2f}"
+        offset = f"{offsets.frame_offsets[camera.name]:+z.2f}"
         rows.append(
             [
                 camera.name,

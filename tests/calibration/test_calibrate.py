@@ -8,9 +8,9 @@ import pytest
 from quarc_ref.calibration import calibrate as calibrate_module
 from quarc_ref.calibration.calibrate import CalibrateOptions, calibrate
 from quarc_ref.calibration.errors import CalibrationError
-from quarc_ref.calibration.offsets import SyncMethod
+from quarc_ref.calibration.offsets import Offsets, SyncMethod
 from quarc_ref.calibration.recordings import find_recordings
-from quarc_ref.calibration.report import PAGE_NAME, write_report
+from quarc_ref.calibration.report import PAGE_NAME, make_camera_rows, write_report
 from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.calibration import make_pose
 from quarc_ref.datasets.capture_notes import read_capture_notes
@@ -89,6 +89,14 @@ def test_the_page_lists_every_camera_with_its_error(rig, tmp_path):
         assert f"<td>{name}</td><td>{fit.mean_error:.2f}</td>" in page
     assert "All cameras were calibrated" in page
     assert "data:image/png;base64," in page
+
+
+@pytest.mark.parametrize("offset", [-0.001, -0.0])
+def test_no_offset_is_printed_or_written_as_minus_zero(rig, offset):
+    offsets = Offsets(SyncMethod.SOUND, dict.fromkeys(rig.recordings.names, offset), {})
+
+    assert {row[5] for row in make_camera_rows(replace(rig, offsets=offsets))} == {"+0.00"}
+    assert {str(written) for written in offsets.written_offsets.values()} == {"0.0"}
 
 
 def test_a_camera_that_sees_nothing_is_left_out_with_the_reason(traced_rig, tmp_path):
