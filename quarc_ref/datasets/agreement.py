@@ -13,7 +13,7 @@ import numpy as np
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding, format_names
-from quarc_ref.datasets.video import VideoReader
+from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
@@ -21,6 +21,7 @@ _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 _TIME_TOLERANCE = 0.25
 _MAX_ROUNDING = 0.2  # Relative, too: a coarse time base must not hide a missing frame.
 _MAX_DESCRIPTIONS = 5
+_OTHER_MATRICES = {1: "BT.709", 7: "SMPTE 240M", 9: "BT.2020", 10: "BT.2020"}  # than BT.601
 
 
 def require_usable_frame_rate(frames_per_second: float) -> None:
@@ -130,6 +131,28 @@ def find_hdr_videos(names: Sequence[str], hdr_flags: Sequence[bool]) -> Finding 
         "zscale and tonemap of ffmpeg), or turn off HDR in the cameras"
     )
     return Finding("hdr-video", message, hdr_names)
+
+
+def compare_color_matrices(names: Sequence[str], matrices: Sequence[int]) -> Finding | None:
+    """Return a finding if only some videos state that their colors are not BT.601, or None.
+
+    Args:
+        names: Names of the cameras.
+        matrices: `[camera]` matrix that the video states, as in `VideoReader`.
+    """
+    unstated = tuple(
+        name for name, matrix in zip(names, matrices, strict=True) if matrix == UNSTATED_MATRIX
+    )
+    stated = sorted({_OTHER_MATRICES[matrix] for matrix in matrices if matrix in _OTHER_MATRICES})
+    if not (unstated and stated):
+        return None
+    message = (
+        f"the videos of {format_names(unstated)} do not state their color matrix and are read as "
+        f"BT.601, but others state {' or '.join(stated)}, so the same colors are read differently: "
+        "if all cameras record the same, state it in these videos as well (for BT.709: ffmpeg -i "
+        "OLD.mp4 -c copy -bsf:v h264_metadata=matrix_coefficients=1 NEW.mp4)"
+    )
+    return Finding("color-matrices", message, unstated)
 
 
 def _require_constant_frame_rate(video: VideoReader) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from quarc_ref.datasets.agreement import (
+    compare_color_matrices,
     compare_lengths,
     compare_rotations,
     find_hdr_videos,
@@ -156,7 +157,7 @@ def _synchronize(
         options: Options, of which only the range of frames is used.
 
     Returns:
-        The footage, with added findings about rotations, HDR and lengths, and the synchronized
+        The footage, with added findings about rotations, colors and lengths, and the synchronized
         pictures.
 
     Raises:
@@ -174,6 +175,7 @@ def _synchronize(
         *(finding for finding in footage.findings if not _is_resolved(finding, offsets)),
         compare_rotations(names, footage.source.rotations),
         find_hdr_videos(names, footage.source.hdr_flags),
+        compare_color_matrices(names, footage.source.color_matrices),
     ]
     if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
         lengths = footage.source.lengths

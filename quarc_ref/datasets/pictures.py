@@ -13,7 +13,7 @@ from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.media import read_still_size
 from quarc_ref.datasets.undistortion import Rectifier
-from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader, read_still
 
 DEFAULT_FRAMES_PER_SECOND = 30.0  # for picture files, which state no frame rate
 Size = tuple[int, int]
@@ -28,6 +28,7 @@ class Pictures(PictureSource, Protocol):
         lengths: `[camera]` number of frames.
         rotations: `[camera]` rotation flag of the video, in degrees counterclockwise.
         hdr_flags: `[camera]` whether the video is HDR.
+        color_matrices: `[camera]` matrix that the video states, as in `VideoReader`.
         frames_per_second: Frame rate of all cameras.
     """
 
@@ -36,6 +37,7 @@ class Pictures(PictureSource, Protocol):
     lengths: tuple[int, ...]
     rotations: tuple[int, ...]
     hdr_flags: tuple[bool, ...]
+    color_matrices: tuple[int, ...]
     frames_per_second: float
 
 
@@ -57,6 +59,7 @@ class VideoPictures:
         self.lengths = tuple(reader.frame_count for reader in readers)
         self.rotations = tuple(reader.rotation for reader in readers)
         self.hdr_flags = tuple(reader.is_hdr for reader in readers)
+        self.color_matrices = tuple(reader.color_matrix for reader in readers)
         self.frames_per_second = self._readers[0].frames_per_second
 
     def read(self, camera: int, frame: int) -> Image:
@@ -86,6 +89,7 @@ class FilePictures:
         self.lengths = tuple(len(camera_paths) for camera_paths in self.paths)
         self.rotations = (0,) * len(self.paths)  # files with a rotation flag are rejected
         self.hdr_flags = (False,) * len(self.paths)
+        self.color_matrices = (UNSTATED_MATRIX,) * len(self.paths)
         self.frames_per_second = DEFAULT_FRAMES_PER_SECOND
 
     def read(self, camera: int, frame: int) -> Image:

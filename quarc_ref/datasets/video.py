@@ -25,6 +25,7 @@ from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
 from quarc_ref.datasets.orientation import require_unmirrored, rotate_upright
 
+UNSTATED_MATRIX = 2
 _MAX_LEVEL_BITS = 8
 _FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
 _DEEP_LEVELS_PER_LEVEL = 65535 // 255  # levels of 16 bits per level of 8 bits
@@ -47,6 +48,8 @@ class VideoReader:
         frames_per_second: Average frame rate.
         rotation: Degrees counterclockwise by which pictures are rotated upright.
         is_hdr: Whether the levels are those of HDR, which are not converted to sRGB.
+        color_matrix: Code of the matrix from RGB to YCbCr, as in H.273; `UNSTATED_MATRIX` if the
+            video does not state it and is read as BT.601.
         frame_count: Number of frames in the file.
         frame_times: `[frame_count]` times in seconds, ascending.
         time_base_seconds: Time base of the video in seconds; every frame time is a multiple of it.
@@ -99,6 +102,7 @@ class VideoReader:
         self._next_frame = frame + 1
         self.rotation = decoded.rotation
         self.is_hdr = decoded.color_trc in _HDR_TRANSFERS
+        self.color_matrix = int(decoded.colorspace)
         try:
             if frame == 0:  # all frames of a video have its display matrix
                 require_unmirrored(decoded)

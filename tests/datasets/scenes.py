@@ -15,6 +15,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.points_ply import write_points_ply
 
 FRAMES_PER_SECOND = 30
+_UNSTATED_MATRIX = 2
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,7 @@ def write_video(
     codec="libx264",
     rate=FRAMES_PER_SECOND,
     transfer=ColorTrc.UNSPECIFIED,
+    matrix=_UNSTATED_MATRIX,
 ):
     """Write pictures as a video with B-frames."""
     options = {"movflags": "faststart"} if faststart else {}
@@ -128,6 +130,7 @@ def write_video(
         stream.codec_context.gop_size = key_interval
         stream.codec_context.max_b_frames = 2
         stream.codec_context.color_trc = transfer
+        stream.codec_context.colorspace = matrix
         for picture in pictures:
             container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="rgb24")))
         container.mux(stream.encode())

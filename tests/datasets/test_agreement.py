@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from av.video.reformatter import ColorTrc
+from av.video.reformatter import Colorspace, ColorTrc
 
 from quarc_ref.datasets.agreement import compare_lengths, require_common_frame_rate
 from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
@@ -159,6 +159,29 @@ def test_hdr_videos_are_named(folder, pictures, transfer):
 
     assert (finding.kind, finding.cameras) == ("hdr-video", ("cam03",))
     assert "videos of cam03 are HDR" in finding.message
+
+
+def test_videos_that_do_not_state_the_color_matrix_of_others_are_named(folder, shots, pictures):
+    for shot, camera_pictures in zip(shots[:2], pictures, strict=False):
+        scenes.write_video(folder / f"{shot.name}.mp4", camera_pictures, matrix=Colorspace.ITU709)
+    (finding,) = open_capture(folder).findings
+
+    assert (finding.kind, finding.cameras) == ("color-matrices", ("cam03", "cam04"))
+    assert "read as BT.601, but others state BT.709" in finding.message
+
+
+@pytest.mark.parametrize("matrix", [Colorspace.ITU709, Colorspace.ITU601])
+def test_a_color_matrix_that_all_videos_state_is_no_finding(folder, shots, pictures, matrix):
+    for shot, camera_pictures in zip(shots, pictures, strict=True):
+        scenes.write_video(folder / f"{shot.name}.mp4", camera_pictures, matrix=matrix)
+
+    assert open_capture(folder).findings == ()
+
+
+def test_videos_that_do_not_state_bt601_are_no_finding(folder, pictures):
+    scenes.write_video(folder / "cam03.mp4", pictures[2], matrix=Colorspace.ITU601)
+
+    assert open_capture(folder).findings == ()
 
 
 @pytest.mark.parametrize("transfer", [ColorTrc.BT709, ColorTrc.IEC61966_2_1])
