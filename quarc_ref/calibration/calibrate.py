@@ -91,12 +91,15 @@ class Calibration:
 
     @property
     def notes(self) -> CaptureNotes:
-        """Notes to write with the capture: time offsets, up axis and scale."""
+        """Notes to write with the capture: time offsets, up axis, scale and stated rate."""
         written_offsets = self.offsets.written_offsets
         offsets = {camera.name: written_offsets[camera.name] for camera in self.world.cameras}
         has_offsets = any(CaptureNotes(offsets).first_frames(offsets).values())
         return CaptureNotes(
-            offsets if has_offsets else {}, self.world.up, self.world.meters_per_unit
+            offsets if has_offsets else {},
+            self.world.up,
+            self.world.meters_per_unit,
+            self.recordings.stated_frame_rate,
         )
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import FrameRateError
-from quarc_ref.datasets.findings import UNEVEN_LENGTHS, Finding, format_names
+from quarc_ref.datasets.findings import STATED_FRAME_RATE, UNEVEN_LENGTHS, Finding, format_names
 from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 
@@ -153,6 +153,23 @@ def compare_color_matrices(names: Sequence[str], matrices: Sequence[int]) -> Fin
         "OLD.mp4 -c copy -bsf:v h264_metadata=matrix_coefficients=1 NEW.mp4)"
     )
     return Finding("color-matrices", message, unstated)
+
+
+def compare_stated_rate(stated_rate: float | None, video_rate: float) -> Finding | None:
+    """Return a finding if a description file states another frame rate than the videos, or None.
+
+    Args:
+        stated_rate: Frame rate that the description file states; None if it states none.
+        video_rate: Frame rate of the videos.
+    """
+    if stated_rate is None or math.isclose(stated_rate, video_rate, rel_tol=_RATE_TOLERANCE):
+        return None
+    message = (
+        f"transforms.json states {stated_rate:g} frames per second, but the videos have "
+        f"{video_rate:g}, so the scene is played {stated_rate / video_rate:.3g} times as fast: "
+        f"correct or remove 'fps', or confirm it with 'frames_per_second' in {NOTES_NAME}"
+    )
+    return Finding(STATED_FRAME_RATE, message)
 
 
 def _require_constant_frame_rate(video: VideoReader) -> None:

@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 UNEVEN_LENGTHS = "uneven-lengths"
+STATED_FRAME_RATE = "stated-frame-rate"
 FRAME_NUMBERS = "frame-numbers"
 _MAX_NAMES = 5
 

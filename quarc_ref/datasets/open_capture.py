@@ -27,7 +27,7 @@ from quarc_ref.datasets.errors import (
     UnreadableVideoError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.findings import FRAME_NUMBERS, Finding, format_names
+from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Finding, format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
@@ -172,7 +172,7 @@ def _synchronize(
     if synchronized_pictures.frame_count < 1:
         _reject_start(path, footage, offsets, start)
     findings = [
-        *(finding for finding in footage.findings if not _is_resolved(finding, offsets)),
+        *(finding for finding in footage.findings if not _is_resolved(finding, notes, offsets)),
         compare_rotations(names, footage.source.rotations),
         find_hdr_videos(names, footage.source.hdr_flags),
         compare_color_matrices(names, footage.source.color_matrices),
@@ -188,8 +188,10 @@ def _synchronize(
     return footage, synchronized_pictures
 
 
-def _is_resolved(finding: Finding, offsets: Mapping[str, int]) -> bool:
-    """Return whether the offsets in the notes decide what a finding asks."""
+def _is_resolved(finding: Finding, notes: CaptureNotes, offsets: Mapping[str, int]) -> bool:
+    """Return whether the notes decide what a finding asks."""
+    if finding.kind == STATED_FRAME_RATE:
+        return notes.frames_per_second is not None
     return finding.kind == FRAME_NUMBERS and any(offsets.values())
 
 

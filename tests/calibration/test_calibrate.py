@@ -66,7 +66,8 @@ def test_the_capture_has_the_frame_rate_that_the_caller_states(rig, tmp_path):
         write_capture(replace(rig, recordings=recordings), folder)
 
     assert rig.recordings.frames_per_second == 30
-    assert open_capture(tmp_path / "capture").frames_per_second == 25
+    capture = open_capture(tmp_path / "capture")
+    assert (capture.frames_per_second, capture.findings) == (25, ())
 
 
 def test_recordings_are_not_copied_into_the_capture(rig, traced_rig, tmp_path):

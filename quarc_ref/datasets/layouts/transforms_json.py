@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
+from quarc_ref.datasets.agreement import compare_stated_rate
 from quarc_ref.datasets.arrangements import VIDEO_SUFFIXES, open_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
@@ -86,7 +87,9 @@ def _load_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
                 "only one video"
             )
             raise CountMismatchError(message)
-    return _make_footage(path, transforms, rig)
+    footage = _make_footage(path, transforms, rig)
+    finding = compare_stated_rate(footage.stated_frame_rate, footage.source.frames_per_second)
+    return replace(footage, findings=(finding,) if finding else ())
 
 
 def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:

@@ -3,6 +3,7 @@ import shutil
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingFileError,
@@ -10,6 +11,7 @@ from quarc_ref.datasets.errors import (
     UnreadablePoseError,
 )
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
+from quarc_ref.datasets.open_capture import open_capture
 from tests.datasets import scenes
 
 
@@ -81,8 +83,21 @@ def test_a_given_rate_is_used(folder, frames_folder, shots):
     scenes.write_transforms(folder, scenes.make_video_document(shots, fps=24))
     scenes.write_transforms(frames_folder, {**scenes.make_picture_document(shots), "fps": 12.5})
 
-    assert read_nerfstudio(folder).frames_per_second == 24
+    videos = read_nerfstudio(folder)
+    assert (videos.frames_per_second, len(videos.findings)) == (24, 1)
     assert read_nerfstudio(frames_folder).frames_per_second == 12.5
+
+
+def test_a_given_rate_that_is_not_that_of_the_videos_is_a_finding(folder, shots, points):
+    (folder / "poses_bounds.npy").unlink()
+    scenes.write_transforms(folder, scenes.make_video_document(shots, fps=30.001), points)
+    assert open_capture(folder).findings == ()
+    scenes.write_transforms(folder, scenes.make_video_document(shots, fps=60), points)
+    (finding,) = open_capture(folder).findings
+    assert finding.kind == "stated-frame-rate"
+    assert "states 60 frames per second, but the videos have 30, " in finding.message
+    write_capture_notes(folder / NOTES_NAME, CaptureNotes(frames_per_second=60))
+    assert open_capture(folder).findings == ()
 
 
 @pytest.mark.parametrize(
