@@ -13,6 +13,7 @@ from quarc_ref.datasets.errors import (
     MissingCameraError,
     MissingFileError,
 )
+from quarc_ref.datasets.findings import format_names
 from quarc_ref.datasets.frame_numbers import find_gap
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
@@ -146,23 +147,26 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         MissingCameraError: Some cameras have no pictures.
         CaptureError: A file cannot be read, or the files are inconsistent.
     """
-    best_match: tuple[str, Files] = ("", {})
+    best_match: tuple[str, Files] = ("", {})  # or the most files, if no name matches
     for pattern, files in list_arrangements(folder):
         if all(name in files for name in names):
             return open_pictures([files[name] for name in names])
-        if sum(name in files for name in names) > sum(name in best_match[1] for name in names):
-            best_match = pattern, files
+        best_match = max(
+            best_match,
+            (pattern, files),
+            key=lambda match: (sum(name in match[1] for name in names), len(match[1])),
+        )
     missing_names = [name for name in names if name not in best_match[1]]
     if len(missing_names) == len(names):
         patterns = ", ".join(pattern for pattern, _ in ARRANGEMENTS)
         message = (
-            f"{folder} has poses for cameras {_join_names(names)}, but no pictures of these "
+            f"{folder} has poses for cameras {format_names(names)}, but no pictures of these "
             f"cameras; looked for {patterns} (or other suffixes of videos and pictures)"
-            f"{describe_unsupported_files(folder)}"
+            f"{_describe_found(*best_match)}{describe_unsupported_files(folder)}"
         )
         raise MissingFileError(message)
     message = (
-        f"{folder} has poses, but no {best_match[0]}, for {_join_names(missing_names)}: add the "
+        f"{folder} has poses, but no {best_match[0]}, for {format_names(missing_names)}: add the "
         "missing files, or remove the extra poses"
     )
     raise MissingCameraError(message)
@@ -187,8 +191,12 @@ def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) 
     return FilePictures(paths)
 
 
-def _join_names(names: Sequence[str]) -> str:
-    return ", ".join(names[:5]) + (f" and {len(names) - 5} more" if len(names) > 5 else "")
+def _describe_found(pattern: str, files: Files) -> str:
+    """Return which recordings were found, to append to an error message; empty if none were."""
+    names = format_names(list(files))
+    return (
+        f". There are recordings of {names} ({pattern}): rename them or the poses" if files else ""
+    )
 
 
 def _raise_missing_picture(frame_folder: Path, name: str) -> None:

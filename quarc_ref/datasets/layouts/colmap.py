@@ -8,7 +8,7 @@ distortion are undistorted when they are read. Pictures of cameras that are not 
 ignored, with a finding.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -66,8 +66,37 @@ def read_colmap(folder: Path) -> Footage:
         findings=(
             *_find_cameras_without_poses(folder, names, model_folder),
             *compare_first_numbers(names, source),
+            *_find_larger_models(model_folder, len(names)),
         ),
     )
+
+
+def _find_larger_models(model_folder: Path, camera_count: int) -> Iterator[Finding]:
+    """Yield a finding if COLMAP made several models, and another one has more images."""
+    if not model_folder.name.isdecimal():
+        return
+    counts = {
+        folder: _count_posed_images(folder)
+        for folder in sorted(model_folder.parent.iterdir())
+        if folder.name.isdecimal() and folder != model_folder
+    }
+    largest = max(counts, key=lambda folder: counts[folder], default=model_folder)
+    if counts.get(largest, 0) > camera_count:
+        message = (
+            f"{largest} has poses of {counts[largest]} images, and {model_folder}, which is used, "
+            f"only of {camera_count}: to use the larger model, exchange the names of the two "
+            "folders; to get one model of all cameras, calibrate again with more matches"
+        )
+        yield Finding("larger-model", message)
+
+
+def _count_posed_images(folder: Path) -> int:
+    """Return the number of images with a pose in a model; 0 if it cannot be read."""
+    with suppress(LookupError, MemoryError, OSError, RuntimeError, ValueError):
+        require_complete_files(folder)
+        model = pycolmap.Reconstruction(folder)
+        return sum(image.has_pose for image in model.images.values())
+    return 0
 
 
 def _find_cameras_without_poses(

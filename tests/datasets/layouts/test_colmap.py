@@ -113,6 +113,21 @@ def test_cameras_that_colmap_has_not_registered_are_named(folder, shots, points)
     assert finding.message.startswith(f"recordings of {shots[3].name} have no poses in ")
 
 
+def test_a_larger_model_than_the_used_one_is_named(folder, shots, points):
+    rewrite_model(folder, shots, points)
+    for name, count in (("1", 3), ("2", 4)):
+        scenes.write_model(folder / "sparse" / name, shots[:count], points)
+    (folder / "sparse" / "3").mkdir()
+    assert read(folder).findings == ()
+    shutil.rmtree(folder / "sparse" / "0")
+    scenes.write_model(folder / "sparse" / "0", shots[:2], points)
+
+    finding = read(folder).findings[-1]
+    assert finding.kind == "larger-model"
+    assert finding.message.startswith(f"{folder / 'sparse' / '2'} has poses of 4 images, and ")
+    assert "which is used, only of 2: " in finding.message
+
+
 def test_other_folders_with_pictures_need_no_poses(source_folder, tmp_path, shots, pictures):
     shutil.copytree(source_folder / "sparse", tmp_path / "sparse")
     for shot, camera_pictures in zip(shots, pictures, strict=True):

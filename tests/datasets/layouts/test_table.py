@@ -132,6 +132,14 @@ def test_for_poses_without_pictures_the_searched_places_are_named(traced_capture
         read(tmp_path)
 
 
+def test_for_poses_of_other_names_the_recordings_are_named(traced_capture, tmp_path):
+    write_model(traced_capture, tmp_path)
+    traced_capture.copy_videos(tmp_path, "GOPR{index}.mp4")
+
+    with pytest.raises(MissingFileError, match=r"There are recordings of GOPR0, .* \(NAME.mp4\)"):
+        read(tmp_path)
+
+
 def test_the_folder_of_masks_is_no_camera(traced_capture, tmp_path):
     write_poses(traced_capture, tmp_path)
     traced_capture.write_stills(tmp_path, "{index:02d}/{frame:04d}.png")
