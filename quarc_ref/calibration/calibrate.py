@@ -84,6 +84,16 @@ class Calibration:
     moment_count: int
 
     @property
+    def left_out(self) -> dict[str, str]:
+        """Why a camera was not calibrated, by its name; its recording may not have been usable."""
+        return {**self.recordings.left_out, **self.solution.left_out}
+
+    @property
+    def camera_count(self) -> int:
+        """Number of all cameras, including those that were left out."""
+        return len(self.recordings.names) + len(self.recordings.left_out)
+
+    @property
     def unreliable_cameras(self) -> tuple[str, ...]:
         """Names of the cameras whose poses may be inaccurate, because they have few points."""
         fits = self.solution.fits

@@ -1,12 +1,13 @@
 """Finds the recordings in a folder: one video or one folder of pictures per camera."""
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 
 from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
+from quarc_ref.calibration.left_out_recordings import find_left_out_recordings
 from quarc_ref.datasets.arrangements import (
     Files,
     list_arrangements,
@@ -30,11 +31,13 @@ class Recordings:
         names: Camera names in natural order, made of letters, digits, `_` and `-`.
         pictures: Pictures of the cameras, in the order of `names`.
         stated_frame_rate: Frame rate that the caller states; None for that of `pictures`.
+        left_out: Why a recording next to these cannot be used, by the name of its camera.
     """
 
     names: tuple[str, ...]
     pictures: Pictures
     stated_frame_rate: float | None = None
+    left_out: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def frames_per_second(self) -> float:
@@ -68,12 +71,12 @@ def find_recordings(folder: Path, frames_per_second: float | None = None) -> Rec
         CalibrationError: Fewer than three cameras are found, or two would get the same name.
         CaptureError: A file cannot be read, or the recordings are inconsistent.
     """
-    arrangements = (listed_files for _, listed_files in list_arrangements(folder))
-    files: Files = {}
-    for listed_files in chain(arrangements, [list_single_pictures(folder)]):
-        files = max(files, listed_files, key=len)
-        if len(files) >= MIN_CAMERAS:
+    found: tuple[str, Files] = ("", {})
+    for candidate in chain(list_arrangements(folder), [("NAME.png", list_single_pictures(folder))]):
+        found = max(found, candidate, key=lambda match: len(match[1]))
+        if len(found[1]) >= MIN_CAMERAS:
             break
+    pattern, files = found
     if len(files) < MIN_CAMERAS:
         message = (
             f"{folder} has recordings of {format_count(len(files), 'camera')}, but at least "
@@ -83,7 +86,8 @@ def find_recordings(folder: Path, frames_per_second: float | None = None) -> Rec
         raise CalibrationError(message)
     names = sorted(files, key=natural_order)
     pictures = open_pictures([files[name] for name in names])
-    return Recordings(_sanitize_names(names), pictures, frames_per_second)
+    left_out = find_left_out_recordings(folder, pattern, files)
+    return Recordings(_sanitize_names(names), pictures, frames_per_second, left_out)
 
 
 def _sanitize_names(names: Sequence[str]) -> tuple[str, ...]:

@@ -32,7 +32,7 @@ def write_report(calibration: Calibration, name: str, folder: OutputFolder) -> P
     world = calibration.world
     unit = "meters" if world.meters_per_unit else "units"
     plot = plot_rig(world.cameras, calibration.points, unit)
-    calibrated_count, camera_count = len(world.cameras), len(calibration.recordings.names)
+    calibrated_count, camera_count = len(world.cameras), calibration.camera_count
     template = resources.files(__package__).joinpath("report.html").read_text("utf-8")
     parts = {
         "title": html.escape(f"{name}: {calibrated_count} of {camera_count} cameras calibrated"),
@@ -92,12 +92,8 @@ def make_camera_rows(calibration: Calibration) -> list[list[str]]:
 
 def _format_key_figures(calibration: Calibration) -> str:
     offset_sizes = [abs(offset) for offset in calibration.offsets.frame_offsets.values()]
-    calibrated_count, camera_count = (
-        len(calibration.world.cameras),
-        len(calibration.recordings.names),
-    )
     figures = {
-        "calibrated cameras": f"{calibrated_count} of {camera_count}",
+        "calibrated cameras": f"{len(calibration.world.cameras)} of {calibration.camera_count}",
         "mean reprojection error": f"{calibration.solution.mean_error:.2f} px",
         "points at frame 0": f"{len(calibration.points.positions):,}",
         "time points used": f"{calibration.moment_count}",
@@ -107,11 +103,11 @@ def _format_key_figures(calibration: Calibration) -> str:
 
 
 def _format_left_out(calibration: Calibration) -> str:
-    if not calibration.solution.left_out:
+    if not calibration.left_out:
         return "<p>All cameras were calibrated.</p>"
     items = "".join(
         f"<li><b>{html.escape(name)}</b>: {html.escape(reason)}</li>"
-        for name, reason in calibration.solution.left_out.items()
+        for name, reason in calibration.left_out.items()
     )
     return f"<ul>{items}</ul>"
 

@@ -14,6 +14,11 @@ _PATTERNS = ("*", "*/*", "*/*/*")  # as deep as images/NAME/0000.png
 _MAX_PATHS = 10_000  # of each pattern
 
 
+def is_unsupported(path: Path) -> bool:
+    """Return whether a file has the suffix of a picture or video that cannot be read."""
+    return path.suffix.lower() in _SUFFIXES and not path.name.startswith(".")
+
+
 def describe_unsupported_files(folder: Path) -> str:
     """Return advice about a folder that has files in other formats, to append to an error message.
 
@@ -21,7 +26,7 @@ def describe_unsupported_files(folder: Path) -> str:
     """
     paths = chain.from_iterable(islice(folder.glob(pattern), _MAX_PATHS) for pattern in _PATTERNS)
     for path in paths:
-        if path.suffix.lower() in _SUFFIXES and not path.name.startswith("."):
+        if is_unsupported(path):
             return (
                 f". Files such as {path.relative_to(folder)} cannot be read: convert videos to "
                 "mp4, and pictures to PNG or JPEG"

@@ -18,6 +18,7 @@ from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from quarc_ref.files import written_folder
 from tests.calibration.rigs import measure_pose_errors
+from tests.datasets.scenes import write_picture
 
 GRAY = np.full((48, 64, 3), 128, np.uint8)
 USED_CAMERAS = 5  # of the seven cameras of the rig
@@ -133,6 +134,48 @@ def test_two_cameras_are_too_few(tmp_path):
 
     with pytest.raises(CalibrationError, match="recordings of 2 cameras, but at least 3"):
         find_recordings(tmp_path)
+
+
+@pytest.mark.parametrize("pattern", ["{name}.mp4", "videos/{name}.mp4"])
+def test_videos_that_cannot_be_used_are_left_out_with_the_reason(tmp_path, pattern):
+    folder = (tmp_path / pattern).parent
+    folder.mkdir(exist_ok=True)
+    for name in "abc":
+        write_gray_video(tmp_path / pattern.format(name=name))
+    for name in ("a.avi", "d.avi", "notes.txt", ".e.avi"):
+        (folder / name).write_bytes(b"")
+    (folder / "f.mp4").symlink_to(folder / "missing.mp4")
+    (folder / "masks").mkdir()
+
+    left_out = find_recordings(tmp_path).left_out
+    assert list(left_out) == ["d", "f"]
+    assert left_out["d"].startswith("d.avi cannot be read: convert")
+    assert left_out["f"] == "f.mp4 is a broken link"
+
+
+def test_folders_that_cannot_be_used_are_left_out_with_the_reason(tmp_path):
+    for name in "abc":
+        write_picture(tmp_path / name / "0000.png", GRAY)
+    for name in ("d", "masks", ".hidden"):
+        (tmp_path / name).mkdir()
+    (tmp_path / "e").symlink_to(tmp_path / "missing")
+    write_gray_video(tmp_path / "f.mp4")
+
+    assert find_recordings(tmp_path).left_out == {
+        "d": "d has no PNG or JPEG pictures",
+        "e": "e is a broken link",
+        "f": "f.mp4 is a video, but the other recordings are pictures",
+    }
+
+
+def test_the_page_counts_and_names_recordings_that_were_left_out(rig, tmp_path):
+    recordings = replace(rig.recordings, left_out={"cam09": "cam09 has no <pictures>"})
+    with written_folder(tmp_path / "report") as folder:
+        write_report(replace(rig, recordings=recordings), "rig", folder)
+    page = (tmp_path / "report" / PAGE_NAME).read_text()
+
+    assert "rig: 7 of 8 cameras calibrated" in page
+    assert "<li><b>cam09</b>: cam09 has no &lt;pictures&gt;</li>" in page
 
 
 def test_names_are_made_safe_and_keep_their_order(tmp_path):

@@ -22,6 +22,7 @@ def test_every_option_reaches_the_calibration(capture, tmp_path, monkeypatch):
         (tmp_path / folder).mkdir()
     for video in capture.glob("*.mp4"):
         shutil.copy(video, tmp_path / "videos")
+    (tmp_path / "videos" / "left.avi").write_bytes(b"")
     assert cv2.imwrite(str(tmp_path / "masks" / "cam01.png"), np.full((32, 48), 255, np.uint8))
     monkeypatch.setattr(calibrate_module, "calibrate", calibrate)
     result = run(
@@ -32,6 +33,7 @@ def test_every_option_reaches_the_calibration(capture, tmp_path, monkeypatch):
 
     ((recordings, options),) = calls
     assert (result.exit_code, list_names(tmp_path)) == (130, ["masks", "videos"])
+    assert "camera left is left out: left.avi cannot be read" in result.stderr
     assert recordings.frames_per_second == 24
     assert (options.lenses.model, options.lenses.is_shared) == ("OPENCV", False)
     assert list(options.lenses.known_lenses) == list(recordings.names)

@@ -133,7 +133,6 @@ def calibrate(
         from quarc_ref.calibration.lenses import LensOptions
         from quarc_ref.calibration.masks import read_masks
         from quarc_ref.calibration.offsets import SyncMethod
-        from quarc_ref.calibration.recordings import find_recordings
         from quarc_ref.calibration.report import PAGE_NAME, write_report
         from quarc_ref.calibration.write_capture import write_capture
         from quarc_ref.datasets.errors import MaskNameError
@@ -145,7 +144,7 @@ def calibrate(
             TerminalProgress(quiet=quiet) as progress,
             written_folder(output, force=force) as folder,
         ):
-            found_recordings = find_recordings(recordings, fps)
+            found_recordings = _find_recordings(recordings, fps)
             _reject_unknown_cameras(found_recordings, up, distance)
             known_lenses = _read_known_lenses(intrinsics, found_recordings)
             try:
@@ -165,6 +164,16 @@ def calibrate(
             write_report(calibration, recordings.resolve().name, folder)
         seconds = round(time.monotonic() - start_time, 1)
         _print_result(output, calibration, output / PAGE_NAME, seconds, as_json=as_json)
+
+
+def _find_recordings(folder: Path, frames_per_second: float | None) -> "Recordings":
+    """Find the recordings in a folder, and print which ones are left out."""
+    from quarc_ref.calibration.recordings import find_recordings
+
+    recordings = find_recordings(folder, frames_per_second)
+    for name, reason in recordings.left_out.items():
+        print_message(f"camera {name} is left out: {reason}")
+    return recordings
 
 
 def _read_known_lenses(capture: Path | None, recordings: "Recordings") -> "dict[str, Lens] | None":
@@ -215,7 +224,7 @@ def _print_result(
         values = {**_as_json(calibration), "report": str(page), "seconds": seconds}
         print_json("calibrate/2", {"folder": str(output), **values})
         return
-    solution, camera_count = calibration.solution, len(calibration.recordings.names)
+    solution = calibration.solution
     for name, reason in solution.left_out.items():
         print_message(f"camera {name} could not be calibrated: {reason}")
     for name in calibration.unreliable_cameras:
@@ -232,7 +241,7 @@ def _print_result(
             "offset 0 is used"
         )
     fields = {
-        "cameras": f"{len(solution.cameras)} of {camera_count}",
+        "cameras": f"{len(solution.cameras)} of {calibration.camera_count}",
         "reprojection error": f"{solution.mean_error:.2f} px",
         "points": f"{len(calibration.points.positions):,}",
         "offsets": _OFFSET_SOURCES[calibration.offsets.method.value],
@@ -267,7 +276,7 @@ def _as_json(calibration: "Calibration") -> dict[str, object]:
             }
             for name, fit in calibration.solution.fits.items()
         },
-        "left_out": calibration.solution.left_out,
+        "left_out": calibration.left_out,
         "mean_error": calibration.solution.mean_error,
         "points": len(calibration.points.positions),
         "moments": calibration.moment_count,
