@@ -97,6 +97,8 @@ class Capture:
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
         notes: Up direction and scale of the scene.
         masks: Source of the masks; None if the capture has no masks.
+        stored_pictures: The pictures before they are undistorted and downscaled; None if they are
+            not known.
     """
 
     def __init__(  # noqa: PLR0913, a capture has this many parts
@@ -114,6 +116,7 @@ class Capture:
         start: int = 0,
         notes: CaptureNotes = _NO_NOTES,
         masks: MaskSource | None = None,
+        stored_pictures: PictureSource | None = None,
     ) -> None:
         self.name = name
         self.cameras = tuple(cameras)
@@ -126,6 +129,7 @@ class Capture:
         self.notes = notes
         self.full_capture = full_capture or self
         self.masks = masks
+        self.stored_pictures = stored_pictures
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
         self._max_cache_bytes = max_cache_bytes

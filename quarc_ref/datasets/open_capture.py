@@ -91,6 +91,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
     ]
     names = [camera.name for camera in cameras]
     footage, synchronized_pictures = _synchronize(path, footage, notes, options)
+    common_count = synchronized_pictures.frame_count
     source = RectifiedPictures(synchronized_pictures, names, rectifiers)
     fingerprint = compute_fingerprint(path, footage.files)
     points = footage.points
@@ -104,10 +105,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
             make_camera(camera, points.positions, held_out=camera.name in held_out)
             for camera in cameras
         ],
-        frame_count=min(
-            synchronized_pictures.frame_count,
-            options.max_frames or synchronized_pictures.frame_count,
-        ),
+        frame_count=min(common_count, options.max_frames or common_count),
         frames_per_second=frames_per_second,
         points=points,
         source=source,
@@ -118,6 +116,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         masks=RectifiedMasks(footage.masks, synchronized_pictures.first_frames, rectifiers)
         if footage.masks
         else None,
+        stored_pictures=synchronized_pictures,
     )
 
 
@@ -182,9 +181,8 @@ def _synchronize(
         findings.append(compare_lengths(names, lengths, list(offsets.values())))
     footage = replace(footage, findings=tuple(filter(None, findings)))
     if any(offsets.values()):
-        footage = replace(
-            footage, description_files=(*footage.description_files, path / NOTES_NAME)
-        )
+        description_files = (*footage.description_files, path / NOTES_NAME)
+        footage = replace(footage, description_files=description_files)
     return footage, synchronized_pictures
 
 

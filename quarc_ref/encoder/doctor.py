@@ -17,6 +17,7 @@ from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.epipolar import find_wrong_poses
 from quarc_ref.encoder.checks.exposure_changes import find_exposure_changes
+from quarc_ref.encoder.checks.interlacing import find_interlaced_videos
 from quarc_ref.encoder.checks.machine import (
     FreeResources,
     find_shortages,
@@ -111,6 +112,7 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
     recordings = read_recordings(capture, lambda *done: progress.advance("frames", *done))
     return [
         *find_unreadable(names, recordings),
+        *find_interlaced_videos(capture),
         *find_exposure_changes(names, recordings),
         *find_motion_faults(capture.cameras, recordings, capture.notes.offsets),
         *find_wrong_poses(capture),

@@ -70,6 +70,18 @@ def tint_video(folder):
     rewrite_video(folder, map_levels(lambda picture: picture * (1.25, 1.0, 0.75)))
 
 
+def interlace_video(folder):
+    """Take the odd rows of every picture from a later one, as if motion were fast."""
+    rows = np.arange(96)[:, None, None] % 2
+    rewrite_video(
+        folder,
+        lambda pictures: [
+            np.where(rows, later, picture)
+            for picture, later in zip(pictures, pictures[3:] + pictures[-3:], strict=True)
+        ],
+    )
+
+
 def blur_video(folder):
     rewrite_video(folder, map_levels(lambda picture: cv2.GaussianBlur(picture, (0, 0), 1.5)))
 
@@ -144,6 +156,7 @@ FAULTS = {
     record_in_hdr: ("hdr-video", (CAMERA,)),
     darken_video: ("exposure-differs", (CAMERA,)),
     tint_video: ("colors-differ", (CAMERA,)),
+    interlace_video: ("interlaced-video", (CAMERA,)),
     blur_video: ("blurred", (CAMERA,)),
     delay_video: ("out-of-sync", (CAMERA,)),
     freeze_video: ("frozen-camera", (CAMERA,)),
