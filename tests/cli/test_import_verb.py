@@ -50,6 +50,24 @@ def test_file_numbers_that_are_not_those_of_the_frames_are_reported(folder, tmp_
     assert (complete_run.exit_code, result.exit_code) == (0, 0)
     assert "numbers of the files" not in complete_run.stderr
     assert "files (0 to 3) differ from those of the frames (0 to 2)" in result.stderr
+    assert "there is no file between 0 and 2, so all later frames are shown too" in result.stderr
+
+
+def test_missing_files_are_reported_with_quiet_and_json_too(folder, tmp_path):
+    (folder / "frame_0002.ply").unlink()
+    result = run("import", folder, "-o", tmp_path / "a.quarc", "--quiet", "--json")
+
+    assert result.exit_code == 0
+    assert "there is no file between 1 and 3" in result.stderr
+
+
+def test_numbers_in_equal_steps_have_no_gap(folder, tmp_path):
+    for number in (1, 3):
+        (folder / f"frame_000{number}.ply").unlink()
+    result = run("import", folder, "-o", tmp_path / "a.quarc")
+
+    assert "numbers of the files (0 to 2) differ" in result.stderr
+    assert "there is no file" not in result.stderr
 
 
 def test_a_4dgs_file_keeps_the_ordinals_and_cameras_in_its_folder(stream_file, tmp_path):

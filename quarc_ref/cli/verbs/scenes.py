@@ -118,13 +118,25 @@ def _warn_about_file_numbers(frames: "ImportedFrames") -> None:
 
     Frames of a stream have consecutive numbers, so a missing file shifts all later frames.
     """
+    from quarc_ref.datasets.frame_numbers import find_gap
+
     numbers, first_frame = frames.file_numbers, frames.sidecar.first_frame
     if numbers and numbers != tuple(range(first_frame, first_frame + frames.count)):
         print_message(
             f"the numbers of the files ({_format_range(numbers)}) differ from those of the frames "
             f"({_format_range(range(first_frame, first_frame + frames.count))}), which begin with "
-            f"{first_frame} and have no gaps"
+            f"{first_frame} and have no gaps{_describe_gap(find_gap(list(map(str, numbers))))}"
         )
+
+
+def _describe_gap(gap: tuple[str, str] | None) -> str:
+    """Return the effect of missing files, to append to a message; empty if none are missing."""
+    if gap is None:
+        return ""
+    return (
+        f": there is no file between {gap[0]} and {gap[1]}, so all later frames are shown too "
+        "early; add the missing files, and import again"
+    )
 
 
 def _format_range(numbers: Sequence[int]) -> str:
