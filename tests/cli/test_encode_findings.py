@@ -5,7 +5,6 @@ import json
 import numpy as np
 import pytest
 
-from quarc_ref.cli import encode_job
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.encoder import encode_options, encode_stream, segments
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
@@ -121,7 +120,7 @@ def test_a_rejected_segment_is_never_started(capture_with_two_cameras, tmp_path,
         message = "a segment was begun"
         raise AssertionError(message)
 
-    monkeypatch.setattr(encode_job, "_split_capture", reject)
+    monkeypatch.setattr(segments, "encode_segments", reject)
 
     assert (
         run(

@@ -64,7 +64,7 @@ def test_a_truncated_stream_gives_its_complete_chunks_and_an_error():
 def test_a_reader_at_the_end_can_be_polled_again():
     class Growing(BytesSource):
         def read(self, offset, length):
-            return self._data[:available][offset : offset + length]
+            return super().read(offset, max(0, min(length, available - offset)))
 
     reader, kinds = ChunkReader(Growing(_SMALL)), []
     for available in range(len(_SMALL) + 1):

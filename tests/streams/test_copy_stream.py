@@ -42,8 +42,9 @@ class _ChangingSource(CountedSource):
 
     def read(self, offset, length):
         data = super().read(offset, length)
-        end = offset + len(data)
-        self._data = self._data[:offset] + bytes(len(data)) + self._data[end:]
+        changed = bytearray(self._data)
+        changed[offset : offset + len(data)] = bytes(len(data))
+        self._data = memoryview(changed)
         return data
 
 
