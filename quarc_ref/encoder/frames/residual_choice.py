@@ -1,13 +1,13 @@
 """Chooses the residuals of updates by rate and distortion (RDOQ).
 
 The rate term of training only approximates the bits of a residual, so many trained residuals lower
-the loss by less than their bits are worth. After training, a residual is therefore reduced, or set
-to 0, if this saves enough bits. The codes of frame 0 are chosen similarly (`training.rdoq`).
+the loss by less than their bits are worth. A residual is therefore reduced, or set to 0, if this
+saves enough bits. The codes of frame 0 are chosen similarly (`training.rdoq`).
 
 Residuals of overlapping Gaussians act together: setting one of them to 0 hardly changes the loss,
 but setting all of them to 0 does. The loss is therefore modeled on the line from zero residuals to
-the trained ones, where it is assumed to be quadratic. Its gradients at both ends determine which
-part of the loss each residual gains.
+the trained ones, where it is assumed to be quadratic. Its gradients at both ends determine how much
+of the decrease of the loss is due to each residual.
 """
 
 from collections.abc import Callable
