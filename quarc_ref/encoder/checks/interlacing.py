@@ -26,11 +26,10 @@ _MIN_RATIO = 1.2
 
 def find_interlaced_videos(capture: Capture) -> Iterator[Finding]:
     """Yield a finding that lists the cameras whose pictures are interlaced."""
-    pictures = capture.stored_pictures
-    if pictures is None:
+    pictures, last = capture.stored_pictures, capture.frame_count - 1
+    if pictures is None or last < 1:  # a single frame shows no motion
         return
-    last = capture.frame_count - 1
-    frames = sorted({int(frame) for frame in np.linspace(0, last - 1, _PAIR_COUNT) if frame >= 0})
+    frames = sorted({int(frame) for frame in np.linspace(0, last - 1, _PAIR_COUNT)})
     names = tuple(
         camera.name
         for index, camera in enumerate(capture.cameras)

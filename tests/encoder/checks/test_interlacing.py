@@ -84,3 +84,13 @@ def test_fine_rows_that_do_not_move_are_no_finding(folder, pictures):
 @pytest.mark.parametrize("frames", [1, 2])
 def test_few_frames_can_be_examined(folder, frames):
     assert find(folder, max_frames=frames) == []
+
+
+def test_a_single_frame_is_not_checked(tmp_path):
+    shots = SHOTS[:3]
+    folder = scenes.write_n3dv(tmp_path / "still", shots, points=scenes.make_plane_points())
+    for shot in shots:
+        (folder / f"{shot.name}.mp4").unlink()
+        scenes.write_picture(folder / shot.name / "0000.png", scenes.render(shot, 0.0))
+
+    assert find(folder) == []
