@@ -9,16 +9,21 @@ from typing import NoReturn, SupportsBytes, cast
 
 import av
 import numpy as np
+from av.video.reformatter import Interpolation
 
 from quarc_ref.datasets.capture import Image
+
+MAX_LEVEL_BITS = 8
+_ACCURATE = Interpolation.BILINEAR | Interpolation.FULL_CHR_H_INT
 
 
 def rotate_upright(frame: av.VideoFrame) -> Image:
     """Return a frame as `[H, W, 3]` sRGB, rotated according to its display matrix.
 
-    The levels are those of pictures that FFmpeg or OpenCV extract from the video: if its chroma is
-    subsampled, the conversion truncates, so they are about one level darker than those of the
-    pictures that were encoded.
+    The levels of 8-bit video are those of pictures that FFmpeg or OpenCV extract from it: if its
+    chroma is subsampled, the conversion truncates, so they are about one level darker than those of
+    the pictures that were encoded. Levels of more bits are rounded to 8 bits, because FFmpeg and
+    OpenCV extract different ones, with errors of up to 4 levels.
 
     Raises:
         ValueError: The rotation is not by a multiple of 90 degrees, or the pixels cannot be
@@ -27,7 +32,8 @@ def rotate_upright(frame: av.VideoFrame) -> Image:
     quarter_turns, remainder = divmod(frame.rotation, 90)  # counterclockwise, as in `np.rot90`
     if remainder:
         _reject(f"rotated by {frame.rotation} degrees")
-    picture = frame.to_ndarray(format="rgb24")
+    is_deep = frame.format.components[0].bits > MAX_LEVEL_BITS
+    picture = frame.to_ndarray(format="rgb24", interpolation=_ACCURATE if is_deep else None)
     return np.ascontiguousarray(np.rot90(picture, quarter_turns), dtype=np.uint8)
 
 

@@ -1,10 +1,11 @@
 """Decodes videos and picture files, which the module `media` opens.
 
 Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`: FFmpeg's scaler
-upsamples chroma and converts to RGB with its default settings. Picture files with 16 bits per
-channel are rounded to 8 bits, because the scaler would dither them and make them brighter. Frames
-are numbered in the order of their timestamps. The number of frames is found by counting packets,
-because headers can be wrong. Only one thread may use a `VideoReader` at a time.
+upsamples chroma and converts to RGB with its default settings, except for video with more than 8
+bits (`rotate_upright`). Picture files with 16 bits per channel are rounded to 8 bits, because the
+scaler would dither them and make them brighter. Frames are numbered in the order of their
+timestamps. The number of frames is found by counting packets, because headers can be wrong. Only
+one thread may use a `VideoReader` at a time.
 """
 
 import math
@@ -23,10 +24,9 @@ from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
-from quarc_ref.datasets.orientation import require_unmirrored, rotate_upright
+from quarc_ref.datasets.orientation import MAX_LEVEL_BITS, require_unmirrored, rotate_upright
 
 UNSTATED_MATRIX = 2
-_MAX_LEVEL_BITS = 8
 _FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
 _DEEP_LEVELS_PER_LEVEL = 65535 // 255  # levels of 16 bits per level of 8 bits
 _HDR_TRANSFERS = (ColorTrc.SMPTE2084, ColorTrc.ARIB_STD_B67)  # PQ and HLG
@@ -154,7 +154,7 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
     """
     frame = decode_still(path, size)
     try:
-        if frame.format.components[0].bits > _MAX_LEVEL_BITS:
+        if frame.format.components[0].bits > MAX_LEVEL_BITS:
             levels = frame.to_ndarray(format="rgb48le") / _DEEP_LEVELS_PER_LEVEL
             return np.asarray(np.rint(levels), dtype=np.uint8)
         height, width = frame.height, frame.width

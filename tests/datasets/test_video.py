@@ -1,4 +1,5 @@
 import gc
+from fractions import Fraction
 
 import av
 import cv2
@@ -7,6 +8,7 @@ import pytest
 
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from tests.datasets import scenes
 
 FRAME_COUNT = 11
@@ -206,6 +208,19 @@ def test_levels_of_16_bits_are_rounded(tmp_path, channels):
     assert cv2.imwrite(str(tmp_path / "deep.png"), deep_levels.repeat(channels, axis=2))
 
     assert np.array_equal(read_still(tmp_path / "deep.png"), levels.repeat(3, axis=2))
+
+
+@pytest.mark.parametrize("pixel_format", ["yuv420p10le", "yuv422p10le", "yuv444p10le"])
+def test_the_levels_of_10_bit_video_are_those_that_were_encoded(tmp_path, pixel_format):
+    blocks = np.random.default_rng(0).integers(16, 240, (4, 8, 3), dtype=np.uint8)
+    picture = blocks.repeat(16, axis=0).repeat(16, axis=1)
+    format_ = VideoFormat(128, 64, Fraction(30), {"qp": "0"}, pixel_format)
+    with (tmp_path / "cam00.mp4").open("wb") as file:
+        write_video_file(file, [picture], format_)
+
+    decoded = VideoReader(tmp_path / "cam00.mp4").read(0)
+    centers = (slice(8, None, 16), slice(8, None, 16))
+    assert np.abs(decoded[centers].astype(int) - picture[centers]).max() <= 1
 
 
 @pytest.mark.parametrize("suffix", ["h264", "avi", "ts", "flv"])
