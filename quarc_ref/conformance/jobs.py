@@ -37,6 +37,10 @@ CAPABILITIES: Line = {
 }
 
 
+_PIECE_BYTES = 1 << 20
+_WRONG_INPUT_ERRORS = (ArithmeticError, LookupError, MemoryError, TypeError, ValueError)
+
+
 class MalformedJobError(Exception):
     """The input is not a job: a fault of the sender, which says nothing about a stream."""
 
@@ -45,15 +49,12 @@ def answer_jobs(requests: BinaryIO, answers: TextIO) -> None:
     """Answer jobs until the input ends.
 
     Raises:
-        MalformedJobError: A line is not a job, or the input ends within a stream.
+        MalformedJobError: A line is not a job, the input ends within a stream, or a function
+            cannot use its input.
     """
     while request := requests.readline():
         job = _parse_job(request)
-        byte_count = job.get("bytes", 0)
-        stream = requests.read(byte_count)
-        if len(stream) < byte_count:
-            message = "the input ends within the stream of a job"
-            raise MalformedJobError(message)
+        stream = _read_stream(requests, job.get("bytes", 0))
         for line in answer_job(job, stream):
             answers.write(json.dumps(line) + "\n")
         answers.write('{"done": true}\n')
@@ -64,7 +65,7 @@ def _parse_job(request: bytes) -> Line:
     """Parse a line with the key `job` and, if present, counts as `bytes` and `start`."""
     try:
         job = json.loads(request)
-    except ValueError:
+    except (ValueError, RecursionError):
         job = None
     if isinstance(job, dict) and isinstance(job.get("job"), str):
         counts = [job.get("bytes", 0), job.get("start", 0)]
@@ -72,6 +73,17 @@ def _parse_job(request: bytes) -> Line:
             return job
     message = f"not a job: {request[:60].decode(errors='replace').strip()}"
     raise MalformedJobError(message)
+
+
+def _read_stream(requests: BinaryIO, byte_count: int) -> bytes:
+    """Read the stream of a job piece by piece, because its stated size may be wrong."""
+    stream = bytearray()
+    while piece := requests.read(min(byte_count - len(stream), _PIECE_BYTES)):
+        stream += piece
+    if len(stream) < byte_count:
+        message = "the input ends within the stream of a job"
+        raise MalformedJobError(message)
+    return bytes(stream)
 
 
 def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
@@ -83,9 +95,22 @@ def answer_job(job: Line, stream: bytes) -> Iterator[Line]:
     elif job_kind == "recover":
         yield from _append_rejection(_describe_recovery(stream))
     elif job_kind == "unit":
-        yield from _append_rejection(answer_unit(job["function"], job["input"]))
+        yield from _answer_unit_job(job)
     else:
         yield {"unsupported": job_kind}
+
+
+def _answer_unit_job(job: Line) -> Iterator[Line]:
+    function: Any = job.get("function")
+    inputs: Any = job.get("input")
+    if not isinstance(function, str) or function not in UNITS:
+        yield {"unsupported": function}
+        return
+    try:
+        yield from _append_rejection(answer_unit(function, inputs))
+    except _WRONG_INPUT_ERRORS as error:
+        message = f"{function} cannot use its input: {error!r}"
+        raise MalformedJobError(message) from error
 
 
 def describe_stream(

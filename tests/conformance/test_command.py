@@ -8,6 +8,7 @@ import types
 
 import pytest
 
+from quarc_ref.conformance.jobs import answer_jobs
 from quarc_ref.decoder import compute_digest
 from tests.small_streams import make_stream
 
@@ -47,8 +48,13 @@ def test_without_a_reader_the_command_ends_silently(option):
 
 @pytest.mark.parametrize(
     "line",
-    ["malformed", "", "null", "[]", '{"job": 5}']
-    + [f'{{"job": "decode", {field}}}' for field in ('"bytes": -1', '"bytes": 9', '"start": "4"')],
+    ["malformed", "", "null", "[]", "[" * 100_000, '{"job": 5}']
+    + [f'{{"job": "decode", {field}}}' for field in ('"bytes": -1', '"bytes": 9', '"start": "4"')]
+    + [f'{{"job": "decode", "bytes": {1 << shift}}}' for shift in (62, 70)]
+    + [
+        f'{{"job": "unit", "function": "isqrt", "input": {value}}}'
+        for value in ("null", "[]", "{}", '{"v": "x"}', '{"v": 1e400}', '{"v": 4, "w": 4}')
+    ],
 )
 def test_a_malformed_job_ends_the_command_with_a_message(line, monkeypatch, capsys):
     requests = types.SimpleNamespace(buffer=io.BytesIO(line.encode() + b"\n"))
@@ -63,6 +69,17 @@ def test_a_malformed_job_ends_the_command_with_a_message(line, monkeypatch, caps
     assert output.out == ""
     assert output.err.startswith("quarc_ref.conformance: ")
     assert output.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("fields", ["", ', "function": "cube"', ', "function": ["isqrt"]'])
+def test_a_unit_job_without_a_known_function_is_unsupported(fields):
+    requests, answers = io.BytesIO(f'{{"job": "unit"{fields}}}\n'.encode()), io.StringIO()
+
+    answer_jobs(requests, answers)
+
+    answer, end = map(json.loads, answers.getvalue().splitlines())
+    assert list(answer) == ["unsupported"]
+    assert end == {"done": True}
 
 
 def test_importing_the_command_does_nothing(monkeypatch, capsys):
