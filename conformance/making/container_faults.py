@@ -165,6 +165,14 @@ def _make_order_faults(parent: ValidStream) -> list[Vector]:
         ("head-not-first", "5.1-2", reject_ids, stream.chunks[1:], 0, "the first chunk is `came`"),
         ("head-missing", "5.1-2", reject_ids, stream.chunks[2:], 0, "the first chunk is CANO"),
         (
+            "head-not-first-long",
+            "5.1-2",
+            reject_ids,
+            [Chunk(b"note", bytes(1025)), *stream.chunks],
+            0,
+            "the first chunk is not HEAD, and is longer than a HEAD can be",
+        ),
+        (
             "frame-before-canonical",
             "5.1-3",
             reject_ids,

@@ -37,7 +37,15 @@ def _make_payload_faults(parent: ValidStream) -> Iterable[EndFault]:
         b"\xff" * 4 + index[4:],
         "INDX states 2^32 - 1 seek points but contains three",
     )
+    wrapping_index = ((1 << 28) + 3).to_bytes(4, "little") + index[4:]
     cases = {
+        "index-count-wraps": (
+            INDX_CHUNK_INDEX,
+            wrapping_index,
+            "5-1",
+            "field index-mismatch",
+            "INDX states 2^28 + 3 seek points, which have the size of three in 32 bits",
+        ),
         "tail-shorter": (
             TAIL_CHUNK_INDEX,
             bytes(15),

@@ -158,4 +158,6 @@ HEAD_FAULTS: tuple[tuple[str, float], ...] = (
     *(("resample_interval", 0), ("full_crc_interval", 0), ("right_handed", 2), ("up_axis", 7)),
     *(("meters_per_unit", -1.0), ("meters_per_unit", float("nan")), ("meters_per_unit", 1000001.0)),
     *(("color_space", 0), ("color_space", 2)),
+    *(("opacity_step", float("nan")), ("sh_dc_step", float("nan"))),
+    *((step, -0.125) for step in ("log_scale_step", "opacity_step", "sh_rest_step")),
 )

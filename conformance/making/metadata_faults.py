@@ -70,12 +70,22 @@ def _list_camera_faults() -> Iterable[MetadataFault]:
     yield "camera-longer", cameras + b"\0", "trailing-data", "5-2", "a byte after the last camera"
 
 
+_WRONG_TEXTS = {
+    "overlong": (b"\xc0\xaf", "an overlong UTF-8 sequence"),
+    "surrogate": (b"\xed\xa0\x80", "a surrogate encoded in UTF-8"),
+    "overlong-3": (b"\xe0\x9f\xbf", "an overlong UTF-8 sequence of three bytes"),
+    "overlong-4": (b"\xf0\x8f\xbf\xbf", "an overlong UTF-8 sequence of four bytes"),
+    "beyond-unicode": (b"\xf4\x90\x80\x80", "U+110000, which is beyond Unicode"),
+    "cut-character": ("café".encode()[:-1], "a value that ends within a character"),
+    "continuation": (b"\xa9", "a continuation byte without a leading byte"),
+}
+
+
 def _list_entry_faults() -> Iterable[MetadataFault]:
-    overlong, surrogate = _pack_entry(b"title", b"\xc0\xaf"), _pack_entry(b"title", b"\xed\xa0\x80")
     valid_entry, with_bad_key = _pack_entry(b"title", b"abc"), _pack_entry(b"\xff", b"")
     huge_entry, note = b"\1\0\1t" + _MAX_U32, "a value that extends beyond the payload"
-    yield "metadata-overlong", overlong, "field", "5-4", "an overlong UTF-8 sequence"
-    yield "metadata-surrogate", surrogate, "field", "5-4", "a surrogate encoded in UTF-8"
+    for name, (value, value_note) in _WRONG_TEXTS.items():
+        yield f"metadata-{name}", _pack_entry(b"title", value), "field", "5-4", value_note
     yield "metadata-key", with_bad_key, "field", "5-4", "a key that is not UTF-8"
     yield "metadata-length", valid_entry[:-1], "field", "5-1", note
     yield (

@@ -87,6 +87,11 @@ def _list_frame_faults(parent: ValidStream) -> Iterable[FaultRow]:
         "the words of a section extend beyond the payload",
     )
     yield "frame-words-beyond", "5-1", "field", with_wrong_count, note
+    with_wrong_count, note = (
+        _replace_u32(parent, chunk_index, payload, 17 + 4 * len(frame.motion), 1 << 30),
+        "word_count of births is 2^30, whose size is 0 bytes in 32 bits",
+    )
+    yield "frame-words-wrap", "5-1", "field", with_wrong_count, note
     yield from _list_field_faults(parent, FRAM_ORDINAL, _FRAME_FIELDS)
     gaussian_count = parent.frames[FRAM_ORDINAL - 1].gaussians
     with_all_deaths = replace_frame_fields(parent, FRAM_ORDINAL, death_count=gaussian_count)

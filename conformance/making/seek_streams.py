@@ -1,25 +1,77 @@
-"""Random access: faults that seeking detects, and faults that it skips (SPEC 11.2)."""
+"""Random access: requests for frames that do not exist, and faults (SPEC 11.2)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 
 from making.fault_rows import CANO_CHUNK_INDEX, INDX_CHUNK_INDEX, TAIL_CHUNK_INDEX
-from making.payloads import pack_metadata, pack_tail
-from making.streams import Chunk, assemble
-from making.vectors import Outcome, ValidStream, Vector, make_patched_vector
+from making.payloads import Head, pack_metadata, pack_tail
+from making.scenes import make_cloud
+from making.streams import Chunk, Stream, assemble
+from making.vectors import (
+    Outcome,
+    ValidStream,
+    Vector,
+    make_patched_vector,
+    make_valid_stream,
+)
 
 _REQUESTED_FRAME = 7
 """The frame to seek to; decoding starts at the seek point of frame 6."""
 
 
-def make_seek_faults(parent: ValidStream) -> list[Vector]:
-    """Return the vectors of this module, as patches of `streams/journey`."""
+def make_outside_seek_streams() -> list[ValidStream]:
+    """Return streams in which decoders seek to frames before the first or after the last one."""
+    late_stream = Stream(Head()).add_canonical(7, make_cloud(4)).add_frame().finish(index=True)
+    frames = late_stream.list_decoded_frames()
+    late_seek = ((0, frames), (7, frames), (8, frames[1:]), (9, []), (4294967295, []))
+    empty_stream = Stream(Head()).add_chunk(b"note", b"").finish(index=True)
+    return [
+        make_valid_stream(
+            "streams/seek-outside",
+            "seeking to frames before the first one and after the last one",
+            "11.2-1",
+            late_stream,
+            seek=tuple((frame, Outcome(expected)) for frame, expected in late_seek),
+        ),
+        make_valid_stream(
+            "streams/seek-no-frames",
+            "seeking in a stream without frames, whose INDX has no seek points",
+            "11.2-1 11.2-3",
+            empty_stream,
+            seek=tuple((frame, Outcome(())) for frame in (0, 1)),
+        ),
+    ]
+
+
+def make_seek_faults(parent: ValidStream, late_start: ValidStream) -> list[Vector]:
+    """Return all vectors with faults.
+
+    Args:
+        parent: `streams/journey`.
+        late_start: `streams/canonical-after-canonical`, whose first frame has ordinal 7.
+    """
     return [
         *_make_offset_faults(parent),
         *_make_index_faults(parent),
         *_make_skipped_faults(parent),
         *_make_streams_without_index(parent),
+        _make_byte_after_tail(late_start),
     ]
+
+
+def _make_byte_after_tail(late_start: ValidStream) -> Vector:
+    """Return a stream whose last 40 bytes are not a TAIL, so that seeking reads headers."""
+    frames, reject_ids = late_start.frames, ("trailing-data",)
+    vector = make_patched_vector(
+        late_start,
+        "invalid/seek-before-the-first",
+        "5.1-5 11.2-1",
+        late_start.layout.data + b"\0",
+        Outcome(frames, reject_ids),
+        "a byte follows TAIL; seeking to a frame before the first one also detects it",
+    )
+    seek = ((1, Outcome(frames, reject_ids)), (9, Outcome(frames[2:], reject_ids)))
+    return replace(vector, seek=seek)
 
 
 def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:
@@ -120,6 +172,26 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
         "HEAD is damaged",
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
+    seek = ((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:], ("payload-crc",))),)
+    vector = make_patched_vector(
+        parent,
+        "damaged/passed-tail",
+        "11.2-1",
+        stream.replace_chunk(TAIL_CHUNK_INDEX, flipped_byte=28),
+        Outcome(frames, ("payload-crc",)),
+        "one bit of index_offset is flipped, so seeking does not use INDX",
+    )
+    yield replace(vector, seek=seek)
+    seek = ((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:], ("header-crc",))),)
+    vector = make_patched_vector(
+        parent,
+        "damaged/passed-tail-header",
+        "11.2-1",
+        stream.replace_chunk(TAIL_CHUNK_INDEX, flipped_byte=8),
+        Outcome(frames, ("header-crc",)),
+        "one bit of TAIL's sequence number is flipped, so seeking does not use INDX",
+    )
+    yield replace(vector, seek=seek)
     index = stream.replace_chunk(INDX_CHUNK_INDEX, flipped_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
     vector = make_patched_vector(

@@ -1,14 +1,15 @@
-"""Makes vectors in invalid/ and damaged/: faults in snapshots (SPEC 5.10, 7.9, 8.9, 11)."""
+"""Makes vectors in invalid/: faults in snapshots (SPEC 5.10, 7.9, 8.9)."""
 
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 from making.changes import Survivor
-from making.fault_rows import RECOVERY_CLAUSES, FaultRow, count_frames, make_damaged_vector
+from making.fault_rows import FaultRow
 from making.frames import make_snapshot
-from making.payloads import Snapshot, pack_chunk
+from making.payloads import Snapshot
 from making.scenes import make_cloud
+from making.snapshot_damage import make_snapshot_damage, make_snapshot_junk
 from making.snapshot_index_faults import make_snapshot_index_faults
 from making.snapshot_scenes import (
     REQUIRED_CAPABILITY,
@@ -24,10 +25,6 @@ _SNAP_CHUNK_INDEX = 5
 """Index of the chunk of `streams/snapshots-journey` that holds frame 3, the first snapshot."""
 _SNAP_ORDINAL = 3
 
-_SHORT_SNAPSHOT = (245).to_bytes(4, "little") + bytes(3)
-"""Payload without the last byte of `canonical`. The first byte of its CRC is 0, so a decoder that
-reads beyond the payload also finds a reference to frame 0."""
-
 
 def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vector]:
     """Return all vectors.
@@ -40,9 +37,9 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
     vectors = [
         *(_make_fault_vector(parent, *row) for row in rows),
         *make_snapshot_index_faults(parent),
-        *_make_damaged_vectors(parent),
+        *make_snapshot_damage(parent),
         _make_snapshot_first_vector(parent),
-        *_make_junk_vectors(parent),
+        *make_snapshot_junk(parent),
     ]
     return [
         *(replace(vector, **REQUIRED_CAPABILITY) for vector in vectors),
@@ -150,6 +147,17 @@ def _list_scene_faults(parent: ValidStream) -> Iterable[FaultRow]:
         )
         return parent.stream.replace_chunk(_SNAP_CHUNK_INDEX, payload=snapshot.pack())
 
+    unchanged_snapshot, _ = make_snapshot(
+        parent.stream.head, previous, make_unchanged_survivors(range(12))
+    )
+    too_many = replace(unchanged_snapshot, newborn_count=65537 - 12, sections=((),) * 6)
+    yield (
+        "sum-beyond-level",
+        "3.2-6 3.2-5",
+        "count-exceeds-level",
+        parent.stream.replace_chunk(_SNAP_CHUNK_INDEX, payload=too_many.pack()),
+        "survivors and new Gaussians together are one more than level 1.0 allows",
+    )
     yield "empty", "7.9-3", "count", make_chunks(()), "the snapshot has no Gaussians"
     distant_newborn = [replace(make_cloud(1, 5)[0], position=(1 << 20, 0, 0))]
     wide_scene = make_chunks(make_unchanged_survivors(range(12)), distant_newborn)
@@ -241,70 +249,12 @@ def _list_word_faults(parent: ValidStream) -> Iterable[FaultRow]:
         )
 
 
-def _make_damaged_vectors(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a damaged chunk; if it is a CANO, its snapshots are lost too."""
-    rows = (
-        (2, 0, 8, None, "first-canonical", "the first CANO"),
-        (4, 2, 3, 1, "before", "the frame before a snapshot"),
-        (5, 3, 6, 3, "snapshot", "a snapshot"),
-        (8, 6, 8, 2, "later-snapshot", "a later snapshot"),
-        (10, 8, None, 4, "canonical", "a CANO that is followed by a snapshot"),
-        (12, 10, None, 2, "last-snapshot", "the last snapshot"),
-    )
-    chunks, offsets = parent.stream.chunks, parent.layout.offsets
-    for chunk_index, frames_before, resume_frame, frames_lost, name, note in rows:
-        damaged_chunks = parent.stream.replace_chunk(chunk_index, flipped_byte=30)
-        resume_index = len(chunks) - 1
-        if resume_frame is not None:
-            resume_index = next(
-                n
-                for n in range(chunk_index + 1, len(chunks))
-                if count_frames(chunks[:n]) == resume_frame and chunks[n].kind in (b"CANO", b"SNAP")
-            )
-        gap = Gap(
-            offsets[chunk_index],
-            offsets[resume_index] - offsets[chunk_index],
-            ("payload-crc",),
-            frames_lost,
-        )
-        frames = [*parent.frames[:frames_before], *parent.frames[resume_frame or 12 :]]
-        yield make_damaged_vector(
-            parent,
-            f"damaged/snapshots-{name}",
-            RECOVERY_CLAUSES,
-            assemble(damaged_chunks).data,
-            Outcome(parent.frames[:frames_before], ("payload-crc",)),
-            Recovery(frames, (gap,)),
-            f"one bit of {note} is flipped",
-        )
-
-
 def _make_snapshot_first_vector(parent: ValidStream) -> Vector:
     """Return a stream whose first frame is a snapshot."""
     chunks = [p for n, p in enumerate(parent.stream.chunks) if n not in (2, 3, 4)]
     outcome = Outcome((), ("chunk-order",))
     note = "a snapshot precedes the first CANO"
     return make_patched_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
-
-
-def _make_junk_vectors(parent: ValidStream) -> Iterable[Vector]:
-    """Yield streams with a SNAP in their middle at which decoding must not resume."""
-    data, offset = parent.layout.data, parent.layout.offsets[_SNAP_CHUNK_INDEX]
-    old_snapshot = (_SNAP_ORDINAL - 1).to_bytes(4, "little") + bytes(40)
-    for name, sequence, payload, clauses, note in (
-        ("short", _SNAP_CHUNK_INDEX, _SHORT_SNAPSHOT, "5-1 ", "a payload of only seven bytes"),
-        ("old-ordinal", 60, old_snapshot, "", "a later sequence number and an earlier ordinal"),
-    ):
-        junk = b"?" + pack_chunk(b"SNAP", sequence, payload)
-        yield make_damaged_vector(
-            parent,
-            f"damaged/snapshots-junk-{name}",
-            f"{clauses}{RECOVERY_CLAUSES}",
-            data[:offset] + junk + data[offset:],
-            Outcome(parent.frames[:_SNAP_ORDINAL], ("bad-sync",)),
-            Recovery(parent.frames, (Gap(offset, len(junk), ("bad-sync",), 0),)),
-            f"a SNAP with {note}",
-        )
 
 
 def _make_vector_without_feature(journey: ValidStream) -> Vector:

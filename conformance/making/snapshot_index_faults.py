@@ -41,6 +41,14 @@ def make_snapshot_index_faults(parent: ValidStream) -> list[Vector]:
             "the seek point of the CANO to which a snapshot refers has the offset of a snapshot",
             seek_frames=(3, 5, 6),
         ),
+        _make_vector(
+            parent,
+            "index-of-a-later-canonical",
+            "11.2-4 11.2-5",
+            [(offsets[numbers[3]], numbers[3], 0), *points[1:]],
+            "the seek point of the CANO to which a snapshot refers leads to another CANO",
+            seek_frames=(3, 4, 7),
+        ),
     ]
 
 

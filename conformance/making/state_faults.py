@@ -34,6 +34,10 @@ _WRONG_BIRTHS: tuple[WrongGaussian, ...] = (
         "the index of a parent is 2^40",
     ),
     (
+        *("parent-greatest-difference", "7.6-1 8.4-1", "parent-range", {"parent": 1 << 60}),
+        "the index of a parent is 2^60, which is also the largest difference that is allowed",
+    ),
+    (
         *("parent-wraps", "7.6-1 4.1-1", "parent-range", {"parent": 1 << 32}),
         "the index of a parent is 2^32, which is 0 in 32 bits",
     ),
@@ -73,6 +77,20 @@ _WRONG_ROTATIONS: tuple[WrongGaussian, ...] = (
             {"rotation": (3, _ROTATION_ONE, _ROTATION_ONE, -_ROTATION_ONE)},
         ),
         "three rotation components of magnitude 1",
+    ),
+)
+_WRONG_SCALES = (
+    (
+        *("newborn-scale", (-32767, -32766, -32768)),
+        "a log-scale is -32768, the sum of coded differences",
+    ),
+    (
+        *("newborn-scale-y", (32767, 65534, 32767)),
+        "only the log-scale of y, from which that of z is computed, is out of range",
+    ),
+    (
+        *("newborn-scale-wraps", (32767, 65534, 65534)),
+        "the log-scales of y and z are 65534, which is -2 in 16 bits",
     ),
 )
 
@@ -120,23 +138,23 @@ def _list_newborn_faults(parent: ValidStream) -> Iterable[FaultRow]:
         yield name, clauses, reject_id, make_chunks(**fields), note
     for name, wrong_codes, note in _list_wrong_codes("newborn-code", codes):
         yield name, "7.6-3", "code-range", make_chunks(codes=wrong_codes), note
-    wrong_scales, note = (
-        (-32767, -32766, -32768, *codes[3:]),
-        "a log-scale is -32768, the sum of coded differences",
-    )
-    yield "newborn-scale", "7.6-3", "code-range", make_chunks(codes=wrong_scales), note
+    for name, scales, note in _WRONG_SCALES:
+        chunks = make_chunks(codes=(*scales, *codes[3:]))
+        yield name, "7.6-3", "code-range", chunks, note
 
 
 def _list_wrong_codes(
     name: str, codes: tuple[int, ...]
 ) -> Iterable[tuple[str, tuple[int, ...], str]]:
     """Yield codes with a color out of range whose difference from green is in range."""
-    yield name, (*codes[:4], 32768, 1, 1, *codes[7:]), f"red is {_WRONG_COLOR_NOTE}"
-    yield (
-        f"{name}-negative",
-        (*codes[:4], 1, -1, -32768, *codes[7:]),
-        f"blue is -{_WRONG_COLOR_NOTE}",
+    rows = (
+        ("", (32768, 1, 1), f"red is {_WRONG_COLOR_NOTE}"),
+        ("-negative", (1, -1, -32768), f"blue is -{_WRONG_COLOR_NOTE}"),
+        ("-wraps", (65534, 32767, 0), "red is 65534, which is -2 in 16 bits"),
+        ("-wraps-negative", (0, -32767, -65534), "blue is -65534, which is 2 in 16 bits"),
     )
+    for suffix, colors, note in rows:
+        yield f"{name}{suffix}", (*codes[:4], *colors, *codes[7:]), note
 
 
 def _list_crc_faults(parent: ValidStream) -> Iterable[FaultRow]:
@@ -168,6 +186,20 @@ def _list_crc_faults(parent: ValidStream) -> Iterable[FaultRow]:
         "state-crc",
         chunks,
         "the motion section is that of another frame",
+    )
+
+
+def make_wrapping_rotation(parent: ValidStream) -> Vector:
+    """Return a patch of `streams/least-fields` with the square of a component that is 2^64."""
+    gaussians = [CodedGaussian((0, 0, 0), (0, 0, -2048, 0)), CodedGaussian((1, 0, 0))]
+    canonical, _ = make_canonical(parent.stream.head, 0, gaussians)
+    return make_patched_vector(
+        parent,
+        "invalid/rotation-wraps",
+        "7.2-5 7.2-6 4.1-1",
+        parent.stream.replace_chunk(1, payload=canonical.pack()),
+        Outcome((), ("rotation-range",)),
+        "a rotation component is -2^32, whose square is 0 modulo 2^64",
     )
 
 

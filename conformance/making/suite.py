@@ -14,10 +14,11 @@ from making.head_faults import make_head_faults
 from making.level_streams import make_large_payload_vectors, make_level_streams
 from making.payload_faults import make_payload_faults
 from making.payloads import Head
+from making.recovery_traps import make_recovery_traps
 from making.resource_streams import make_resource_vectors
 from making.seek_streams import make_seek_faults
 from making.snapshot_faults import make_snapshot_faults
-from making.state_faults import make_motion_faults, make_state_faults
+from making.state_faults import make_motion_faults, make_state_faults, make_wrapping_rotation
 from making.trap_streams import make_traps
 from making.unit_answers import make_units
 from making.update_faults import make_update_faults
@@ -63,9 +64,15 @@ def make_vectors() -> list[Vector]:
         *make_motion_faults(streams_by_name["traps/lattice-extremes"]),
         *_make_frames_beyond_limits(streams_by_name),
         make_wrapping_keys(streams_by_name["streams/sh-rest"]),
+        make_wrapping_rotation(streams_by_name["streams/least-fields"]),
         *make_damaged_vectors(journey),
         *_make_cut_vectors(brief),
-        *make_seek_faults(journey),
+        *make_recovery_traps(
+            journey,
+            streams_by_name["streams/canonical-after-canonical"],
+            streams_by_name["streams/snapshots-journey"],
+        ),
+        *make_seek_faults(journey, streams_by_name["streams/canonical-after-canonical"]),
         *make_resource_vectors(
             journey, streams_by_name["levels/10-gaussians"], streams_by_name["levels/31"]
         ),

@@ -16,6 +16,7 @@ def make_rotation_traps() -> list[ValidStream]:
             ("sums-of-zero", make_canceling_residuals, "7.5"),
             ("w-alone", make_residuals_with_only_w, "7.5"),
             ("halves", make_rounded_halves, "4.2 7.5"),
+            ("moved-without-turning", make_motion_without_rotation, "7.5"),
         )
     )
 
@@ -30,16 +31,27 @@ def make_negative_w_sums() -> Stream:
     return stream
 
 
+# Found by search: about 1 in 10000 rotations changes if it is normalized again.
+_ROUNDING_SENSITIVE_GAUSSIAN = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
+
+
 def make_canceling_residuals() -> Stream:
     """If the symbols of two levels cancel, the rotation is unchanged and is not rounded again."""
     head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
     symbols, opposite_symbols = [0, 0, 0, 5, -4, 3], [0, 0, 0, -5, 4, -3]
-    # Found by search: about 1 in 10000 rotations changes if its result is normalized again.
-    rounding_sensitive_gaussian = CodedGaussian((0, 0, 0), (3, 131, 139, -118))
-    stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), rounding_sensitive_gaussian])
+    stream = Stream(head).add_canonical(0, [*make_cloud(15, 9, 0), _ROUNDING_SENSITIVE_GAUSSIAN])
     stream.add_frame(Change(lambda level, _anchor: symbols if level == 2 else None))
     canceling_change = Change(lambda level, _anchor: symbols if level == 2 else opposite_symbols)
     return stream.add_frame(canceling_change).add_frame(canceling_change)
+
+
+def make_motion_without_rotation() -> Stream:
+    """A Gaussian that moves without turning keeps its rotation, which is not rounded again."""
+    head = Head(sh_degree=0, level_count=2, gaussians_per_anchor=1, anchor_ratio=65535)
+    scene = [*make_cloud(15, 9, 0), _ROUNDING_SENSITIVE_GAUSSIAN]
+    stream, turning = Stream(head).add_canonical(0, scene), [0, 0, 0, 5, -4, 3]
+    stream.add_frame(Change(lambda level, _anchor: turning if level == 2 else None))
+    return stream.add_frame(Change(lambda _level, anchor: [anchor % 3 - 1, 2, 0, 0, 0, 0]))
 
 
 def make_residuals_with_only_w() -> Stream:

@@ -30,6 +30,7 @@ def make_snapshot_traps() -> list[ValidStream]:
             ("sums-of-what-is-coded", make_difference_contexts_by_field, "8.9"),
             ("snapshots-sample-anew", make_sampling_after_snapshot, "7.9 7.4"),
             ("stated-survivors-are-counted", make_survivor_counts_with_codes, "8.1 8.2 8.9"),
+            ("differences-add-up", make_large_position_differences, "7.9 8.9"),
         ),
         **REQUIRED_CAPABILITY,
     )
@@ -149,3 +150,14 @@ def make_survivor_counts_with_codes() -> Stream:
         make_random_survivors(range(10), 7), make_cloud(6, 61, 0), choose_some_codes
     )
     return stream.add_frame(make_distinct_motion())
+
+
+def make_large_position_differences() -> Stream:
+    """Position differences are sums of coded numbers, so they can exceed 16 bits."""
+    head = make_snapshot_head(sh_degree=0, position_step=1)
+    stream = Stream(head).add_canonical(0, _SCENE)
+    moved_survivors = [
+        Survivor(i, make_differences(position=(32767 * i, -32767 * i, 20000 * i)))
+        for i in range(10)
+    ]
+    return stream.add_snapshot(moved_survivors).add_frame(make_distinct_motion())

@@ -50,6 +50,7 @@ def make_update_traps() -> list[ValidStream]:
             ("sums-within-a-field", make_residual_contexts_by_field, "8.8"),
             ("counts-of-updates-go-on", make_update_counts_across_frames, "8.2 8.8"),
             ("stated-updates-are-counted", make_update_counts_with_codes, "8.1 8.2 8.8"),
+            ("updates-after-seven-channels", make_change_contexts_from_seven_channels, "7.8 8.8"),
         ),
         **REQUIRED_CAPABILITY,
     )
@@ -65,6 +66,19 @@ def make_change_contexts_from_motion() -> Stream:
                 updates=make_random_updates(10, frame, updates_per_deletion=99),
             )
         )
+    return stream
+
+
+def make_change_contexts_from_seven_channels() -> Stream:
+    """The contexts of updates depend on all channels of the motion, also on w and z of rotation."""
+    head = make_update_head(sh_degree=0, rotation_components=4, gaussians_per_anchor=1)
+    stream = Stream(head).add_canonical(0, _SCENE)
+    for frame, channel in enumerate((3, 6, 3, 6), 1):
+
+        def symbols(level: int, anchor: int, channel: int = channel) -> list[int]:
+            return [int(c == channel and level == 1) * (anchor % 5) for c in range(7)]
+
+        stream.add_frame(Change(symbols, updates=make_random_updates(10, frame)))
     return stream
 
 

@@ -13,8 +13,10 @@ from making.scenes import (
     pick_between,
     select_symbols,
 )
+from making.seek_streams import make_outside_seek_streams
 from making.snapshot_streams import make_snapshot_streams
 from making.streams import Stream
+from making.text_streams import make_metadata_stream, make_text_stream
 from making.update_streams import make_update_streams
 from making.vectors import Outcome, ValidStream, make_valid_stream
 
@@ -75,11 +77,13 @@ def _make_still_stream(**fields: Any) -> Stream:
 def _make_container_streams() -> list[ValidStream]:
     return [
         *_make_streams_without_motion(),
-        _make_metadata_stream(),
+        make_metadata_stream(),
         _make_ancillary_stream(),
         *_make_header_streams(),
         *_make_ordinal_streams(),
         *_make_field_extreme_streams(),
+        make_text_stream(),
+        *make_outside_seek_streams(),
     ]
 
 
@@ -99,16 +103,6 @@ def _make_streams_without_motion() -> list[ValidStream]:
             _make_still_stream().finish(),
         ),
     ]
-
-
-def _make_metadata_stream() -> ValidStream:
-    meta = pack_metadata(("title", "Große Straße \u0000 \ufeff 日本"), ("title", "again"), ("", ""))
-    stream = Stream(Head()).add_chunk(b"meta", pack_metadata())
-    stream.add_chunk(b"came", pack_cameras(_CAMERA, _CAMERA)).add_canonical(0, make_cloud(3))
-    stream.add_chunk(b"meta", meta).add_chunk(b"came", pack_cameras()).add_frame()
-    stream.add_chunk(b"came", pack_cameras(_CAMERA)).add_chunk(b"meta", meta).finish()
-    note = "several `came` and `meta` chunks in different places; U+0000 and an empty key in `meta`"
-    return make_valid_stream("streams/cameras-and-metadata", note, "5-4", stream)
 
 
 def _make_ancillary_stream() -> ValidStream:

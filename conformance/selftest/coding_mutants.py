@@ -94,6 +94,31 @@ MUTANTS = (
         "if False:",
     ),
     make_mutant(
+        "a difference of exactly 2^60 is rejected",
+        _GAUSSIANS_FILE,
+        "if differences.max(initial=0) > _DIFFERENCE_LIMIT:",
+        "if differences.max(initial=0) >= _DIFFERENCE_LIMIT:",
+    ),
+    make_mutant(
+        "the log-scales of newborn Gaussians wrap at 16 bits",
+        _GAUSSIANS_FILE,
+        "    log_scales = np.cumsum(log_scales, axis=0)\n",
+        "    log_scales = np.cumsum(log_scales, axis=0).astype(np.int16)\n",
+    ),
+    make_mutant(
+        "the log-scale of y of a newborn Gaussian wraps at 16 bits",
+        _GAUSSIANS_FILE,
+        "    log_scales = np.cumsum(log_scales, axis=0)\n",
+        "    log_scales = np.cumsum(log_scales, axis=0)\n"
+        "    log_scales[1] = log_scales[1].astype(np.int16)\n",
+    ),
+    make_mutant(
+        "red and blue wrap at 16 bits",
+        _GAUSSIANS_FILE,
+        "    return np.stack([red, green, blue])\n",
+        "    return np.stack([red, green, blue]).astype(np.int16)\n",
+    ),
+    make_mutant(
         "positions outside the box are accepted",
         _GAUSSIANS_FILE,
         "if keys.min(initial=0) < 0 or keys.max(initial=0) >> (3 * chunk.axis_bits):",

@@ -157,6 +157,41 @@ MUTANTS = (
         "elif False and header is not None and",
     ),
     make_mutant(
+        "lost frames before TAIL are counted from frame 0",
+        "streams/recover.py",
+        "        return self._first_frame + wire",
+        "        return wire",
+    ),
+    make_mutant(
+        "recovery also searches the payload of a chunk whose content is rejected",
+        "streams/recover.py",
+        "            offset=self._reader.offset,\n",
+        "            offset=offset,\n",
+    ),
+    make_mutant(
+        "recovery does not report the bytes after TAIL",
+        "streams/recover.py",
+        "            yield _make_gap(error, offset, size, None)\n",
+        "            del size\n",
+    ),
+    make_mutant(
+        "recovery resumes after an unknown critical chunk that follows a gap",
+        "streams/recover.py",
+        "        except UnknownCriticalError:\n            raise\n",
+        "",
+        "        except BitstreamError as error:\n            yield from",
+        "        except BitstreamError as error:\n"
+        "            if isinstance(error, UnknownCriticalError) and self._decoder._is_complete:\n"
+        "                raise\n"
+        "            yield from",
+    ),
+    make_mutant(
+        "a search continues after a header at which decoding does not resume",
+        "streams/resync.py",
+        "        offset = window.find(SYNC, offset + 1)\n",
+        "        offset = window.find(SYNC, offset + CHUNK_HEADER_BYTES)\n",
+    ),
+    make_mutant(
         "INDX need not end where TAIL begins",
         "streams/seek.py",
         "if index is None or reader.offset != tail_offset:",

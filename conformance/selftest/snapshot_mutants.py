@@ -29,6 +29,18 @@ MUTANTS: tuple[Mutant, ...] = (
         "            coded[field, changed] = steps\n",
     ),
     make_mutant(
+        "position differences wrap at 16 bits",
+        _PLANES_FILE,
+        "            coded[field, changed] = np.cumsum(steps, axis=1)\n",
+        "            coded[field, changed] = np.cumsum(steps, axis=1).astype(np.int16)\n",
+    ),
+    make_mutant(
+        "survivors and new Gaussians together may exceed the level",
+        _FRAMES_FILE,
+        "            raise CountError(message)\n        check_gaussian_count(header, count)\n",
+        "            raise CountError(message)\n",
+    ),
+    make_mutant(
         "rotation components are added even if the rotation index changes",
         _PLANES_FILE,
         "    sums[components, index_changed] = rows[components, index_changed]\n",

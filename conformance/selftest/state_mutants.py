@@ -183,6 +183,12 @@ MUTANTS = (
         "    return np.where(turned[0] < 0, -turned, turned)\n",
     ),
     make_mutant(
+        "the components of a rotation are not limited before they are squared",
+        _ROTATION_FILE,
+        "if np.any(np.abs(coded[1:]) > unity) or ",
+        "if ",
+    ),
+    make_mutant(
         "rotations with a norm above 1 are accepted",
         _ROTATION_FILE,
         " or np.any(squared_largest < 0):",

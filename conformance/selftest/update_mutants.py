@@ -138,6 +138,12 @@ MUTANTS: tuple[Mutant, ...] = (
         "0",
     ),
     make_mutant(
+        "the contexts of updates do not depend on the last of seven channels of motion",
+        _PLANES_FILE,
+        "np.abs(context.motion[:, moved])",
+        "np.abs(context.motion[:6, moved])",
+    ),
+    make_mutant(
         "motion of 3 steps is coded in the context of larger motion",
         _PLANES_FILE,
         "_LARGE_MOTION = 3\n",
