@@ -142,6 +142,14 @@ def _make_tail_faults(parent: ValidStream) -> Iterable[EndFault]:
             pack_tail(frame_count, canonical_count - 1, offset),
             "canonical_count of TAIL is 1 too small",
         ),
+        "tail-fewer-frames": (
+            pack_tail(frame_count - 1, canonical_count, offset),
+            "frame_count of TAIL is 1 too small",
+        ),
+        "tail-more-canonicals": (
+            pack_tail(frame_count, canonical_count + 1, offset),
+            "canonical_count of TAIL is 1 too large",
+        ),
         "tail-index": (
             pack_tail(frame_count, canonical_count, offset + 1),
             "index_offset of TAIL is 1 too large",

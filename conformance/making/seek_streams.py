@@ -56,6 +56,7 @@ def make_seek_faults(parent: ValidStream, late_start: ValidStream) -> list[Vecto
         *_make_skipped_faults(parent),
         *_make_streams_without_index(parent),
         _make_byte_after_tail(late_start),
+        *_make_skipped_ordinals(parent),
     ]
 
 
@@ -72,6 +73,27 @@ def _make_byte_after_tail(late_start: ValidStream) -> Vector:
     )
     seek = ((1, Outcome(frames, reject_ids)), (9, Outcome(frames[2:], reject_ids)))
     return replace(vector, seek=seek)
+
+
+def _make_skipped_ordinals(parent: ValidStream) -> Iterable[Vector]:
+    """Yield streams without frame 2; after seeking, frame 3 counts as the first frame."""
+    frames, chunks = parent.frames, [*parent.stream.chunks[:4], *parent.stream.chunks[5:-1]]
+    index_offset = assemble(chunks).offsets[-2]
+    for suffix, without_tail, offset, note in (
+        ("", chunks, index_offset, "the ordinal of a CANO is 1 too large"),
+        ("-without-index", chunks[:-1], 0, "the same fault in a stream without INDX"),
+    ):
+        tail = Chunk(b"TAIL", pack_tail(len(frames), 3, offset))
+        vector = make_patched_vector(
+            parent,
+            f"invalid/seek-skipped-ordinal{suffix}",
+            "7.2-1 11.2-1",
+            [*without_tail, tail],
+            Outcome(frames[:2], ("frame-order",)),
+            note,
+        )
+        first = Outcome(frames[1:2], ("frame-order",))
+        yield replace(vector, seek=((1, first), *((f, Outcome(frames[f:])) for f in (3, 4))))
 
 
 def _make_offset_faults(parent: ValidStream) -> Iterable[Vector]:

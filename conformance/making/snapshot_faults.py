@@ -39,6 +39,7 @@ def make_snapshot_faults(parent: ValidStream, journey: ValidStream) -> list[Vect
         *make_snapshot_index_faults(parent),
         *make_snapshot_damage(parent),
         _make_snapshot_first_vector(parent),
+        _make_earlier_reference(parent),
         *make_snapshot_junk(parent),
     ]
     return [
@@ -255,6 +256,18 @@ def _make_snapshot_first_vector(parent: ValidStream) -> Vector:
     outcome = Outcome((), ("chunk-order",))
     note = "a snapshot precedes the first CANO"
     return make_patched_vector(parent, "invalid/snapshot-first", "5.1-3", chunks, outcome, note)
+
+
+def _make_earlier_reference(parent: ValidStream) -> Vector:
+    """Return a stream whose last snapshot refers to the first of two CANO chunks."""
+    return make_patched_vector(
+        parent,
+        "invalid/snapshot-of-an-earlier-one",
+        "7.9-2",
+        parent.stream.replace_frame_fields(10, canonical=0),
+        Outcome(parent.frames[:10], ("frame-order",)),
+        "the snapshot refers to a CANO that is not the last one",
+    )
 
 
 def _make_vector_without_feature(journey: ValidStream) -> Vector:

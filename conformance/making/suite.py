@@ -11,6 +11,7 @@ from making.coverage import make_coverage_page
 from making.damaged_streams import make_cut_vector, make_damaged_vectors
 from making.encoder_scenes import make_scenes
 from making.head_faults import make_head_faults
+from making.level_faults import make_level_faults
 from making.level_streams import make_large_payload_vectors, make_level_streams
 from making.payload_faults import make_payload_faults
 from making.payloads import Head
@@ -59,6 +60,7 @@ def make_vectors() -> list[Vector]:
         *make_large_payload_vectors(levels),
         *make_container_faults(journey),
         *make_head_faults(brief),
+        *make_level_faults(brief),
         *make_payload_faults(journey),
         *make_state_faults(journey),
         *make_motion_faults(streams_by_name["traps/lattice-extremes"]),

@@ -27,6 +27,7 @@ def make_context_traps() -> list[ValidStream]:
             ("canonical-forgets", make_counts_reset_by_canonical, "7.2 8.2"),
             ("words-of-zero", make_zero_words, "8.3-1"),
             ("against-expectation", make_reversing_motion, "8.7"),
+            ("greatest-motion-again", make_repeated_greatest_motion, "7.1 8.7"),
         )
     )
 
@@ -98,4 +99,13 @@ def make_reversing_motion() -> Stream:
         sign = (-1) ** frame
         change = Change(lambda level, anchor, s=sign: [s * (2 * level - 5) * (anchor % 4)] * 6)
         stream.add_frame(change)
+    return stream
+
+
+def make_repeated_greatest_motion() -> Stream:
+    """The motion of a Gaussian has magnitude 195 in two frames, which is beyond 8 bits."""
+    head = Head(level_count=3, gaussians_per_anchor=1, resample_interval=9)
+    stream = Stream(head).add_canonical(0, make_cloud(12, 19))
+    for sign in (1, 1, -1, -1):
+        stream.add_frame(Change(lambda _level, _anchor, s=sign: [s * 65, 0, -s * 65, 0, 0, 0]))
     return stream

@@ -31,6 +31,7 @@ def make_snapshot_traps() -> list[ValidStream]:
             ("snapshots-sample-anew", make_sampling_after_snapshot, "7.9 7.4"),
             ("stated-survivors-are-counted", make_survivor_counts_with_codes, "8.1 8.2 8.9"),
             ("differences-add-up", make_large_position_differences, "7.9 8.9"),
+            ("differences-of-all-classes", make_differences_of_all_classes, "8.9"),
         ),
         **REQUIRED_CAPABILITY,
     )
@@ -161,3 +162,17 @@ def make_large_position_differences() -> Stream:
         for i in range(10)
     ]
     return stream.add_snapshot(moved_survivors).add_frame(make_distinct_motion())
+
+
+def make_differences_of_all_classes() -> Stream:
+    """The magnitudes of differences have many classes, and so do the contexts."""
+    stream = Stream(make_snapshot_head(sh_degree=0)).add_canonical(0, _SCENE)
+    changed_survivors = []
+    for i in range(10):
+        size = 1 << i
+        scales, colors = (size, -size, i), (-size, 2 * size, i - 5)
+        differences = make_differences(
+            position=(size, size, -i), log_scales=scales, opacity=i, sh_dc=colors
+        )
+        changed_survivors.append(Survivor(i, differences))
+    return stream.add_snapshot(changed_survivors).add_frame(make_distinct_motion())
