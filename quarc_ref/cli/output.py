@@ -23,8 +23,7 @@ from rich.text import Text
 
 _SECONDS_BETWEEN_LINES = 5.0
 _REFERENCE_ENGINE_MESSAGE = (
-    "quarc_core is not installed; scenes of this size decode many times faster with it (see "
-    "core/README.md)"
+    "scenes of this size decode many times faster with it (see core/README.md)"
 )
 _UNLIMITED_WIDTH = 1 << 12
 
@@ -120,11 +119,11 @@ def warn_about_reference_engine() -> bool:
     Returns:
         Whether the suggestion was printed.
     """
-    from quarc_ref.decoder.engines import would_benefit_from_fast_engine
+    from quarc_ref.decoder.engines import explain_missing, would_benefit_from_fast_engine
 
     is_slow = would_benefit_from_fast_engine()
     if is_slow:
-        print_message(_REFERENCE_ENGINE_MESSAGE)
+        print_message(f"{explain_missing()}; {_REFERENCE_ENGINE_MESSAGE}")
     return is_slow
 
 

@@ -16,7 +16,7 @@ MAX_THREADS = 64
 
 
 def choose_engine(threads: int = 1) -> Engine[Any]:
-    """Return the fast engine if it is installed, otherwise the reference engine.
+    """Return the fast engine if it is installed in the right version, else the reference engine.
 
     The environment variable `QUARC_REF_ENGINE` (`reference` or `fast`) overrides this choice.
 
@@ -26,7 +26,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
 
     Raises:
         EnvironmentVariableError: QUARC_REF_ENGINE names an unknown engine, or one that is
-            not installed.
+            not installed in the right version.
     """
     engine_name = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
     if engine_name not in (None, "", REFERENCE, FAST):
@@ -34,7 +34,7 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
         raise EnvironmentVariableError(message)
     make_fast_engine = None if engine_name == REFERENCE else find_fast_engine()
     if make_fast_engine is None and engine_name == FAST:
-        message = f"QUARC_REF_ENGINE is 'fast', but {_explain_missing()}: see core/README.md"
+        message = f"QUARC_REF_ENGINE is 'fast', but {explain_missing()}: see core/README.md"
         raise EnvironmentVariableError(message)
     return make_fast_engine(min(threads, MAX_THREADS)) if make_fast_engine else ReferenceEngine()
 
@@ -51,7 +51,7 @@ def use_engine(engine_name: str) -> Iterator[None]:
 
 @cache
 def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
-    """Return the function that makes a fast engine; None if no fast engine is installed."""
+    """Return the function that makes a fast engine; None if there is no usable one."""
     try:
         module = import_module(_FAST_ENGINE_MODULE)
     except ImportError:
@@ -60,18 +60,18 @@ def find_fast_engine() -> "Callable[[int], Engine[Any]] | None":
     return make_engine
 
 
-def _explain_missing() -> str:
-    """Return why there is no fast engine: quarc_core may be installed, but for another Python."""
+def explain_missing() -> str:
+    """Return why there is no fast engine: quarc_core may be of another version or Python."""
     try:
         import_module(_FAST_ENGINE_MODULE)
     except ImportError as error:
         if not isinstance(error, ModuleNotFoundError):
-            return f"quarc_core cannot be imported ({error})"
+            return f"quarc_core cannot be used ({error})"
     return "quarc_core is not installed"
 
 
 def would_benefit_from_fast_engine() -> bool:
-    """Return whether no fast engine is installed and this process has decoded a large scene."""
+    """Return whether there is no fast engine and this process has decoded a large scene."""
     return (
         find_fast_engine() is None
         and ReferenceEngine.largest_gaussian_count >= _LARGE_SCENE_GAUSSIAN_COUNT

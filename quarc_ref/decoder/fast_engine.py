@@ -27,6 +27,12 @@ from quarc_ref.format.records import (
 )
 from quarc_ref.format.updates import Updates
 
+CORE_VERSION = "1.1.0"  # of core/Cargo.toml
+
+if (_version := getattr(quarc_core, "__version__", None)) != CORE_VERSION:
+    _message = f"its version is {_version}, but this quarc-ref needs version {CORE_VERSION}"
+    raise ImportError(_message, name="quarc_core")
+
 
 class FastEngine:
     """The Rust core as an engine; see `engine.Engine`.

@@ -1,6 +1,9 @@
 """The engine is the chosen one, so that comparisons of the engines do compare two engines."""
 
 import sys
+import tomllib
+from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -63,13 +66,35 @@ def test_the_fast_engine_makes_empty_floats_without_gaussians():
     assert splats.sh.shape == (0, 4, 3)
 
 
-def test_a_fast_engine_that_cannot_be_imported_is_named_with_the_reason(monkeypatch, tmp_path):
-    (tmp_path / "quarc_core.py").write_text("raise ImportError('built for another Python')")
+@pytest.mark.parametrize(
+    ("core", "reason"),
+    [
+        ("raise ImportError('built for another Python')", "built for another Python"),
+        ("__version__ = '0.9.0'", "its version is 0.9.0"),
+        ("", "its version is None"),
+    ],
+)
+def test_a_fast_engine_that_cannot_be_used_is_named_with_the_reason(
+    core, reason, monkeypatch, tmp_path
+):
+    (tmp_path / "quarc_core.py").write_text(core)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "quarc_core", raising=False)
     monkeypatch.delitem(sys.modules, "quarc_ref.decoder.fast_engine", raising=False)
     monkeypatch.setattr(engines, "find_fast_engine", engines.find_fast_engine.__wrapped__)
-    monkeypatch.setenv("QUARC_REF_ENGINE", FAST)
+    monkeypatch.delenv("QUARC_REF_ENGINE", raising=False)
+    assert isinstance(engines.choose_engine(), ReferenceEngine)
+    assert engines.explain_missing().startswith("quarc_core cannot be used (")
 
-    with pytest.raises(EnvironmentVariableError, match="built for another Python"):
+    monkeypatch.setenv("QUARC_REF_ENGINE", FAST)
+    with pytest.raises(EnvironmentVariableError, match=reason):
         engines.choose_engine()
+
+
+@needs_fast
+def test_the_fast_engine_needs_the_version_in_this_repository():
+    manifest = Path(__file__).parents[2] / "core/Cargo.toml"
+
+    needed_version = import_module("quarc_ref.decoder.fast_engine").CORE_VERSION
+
+    assert tomllib.loads(manifest.read_text())["workspace"]["package"]["version"] == needed_version
