@@ -154,7 +154,7 @@ pub unsafe extern "C" fn quarc_pull(decoder: *mut DecoderHandle, state: *mut Sta
         Ok(Pulled::End) => Some(QUARC_END),
         Err(Error::Limit(_)) => Some(QUARC_LIMIT),
         Err(Error::Rejected { .. }) => Some(QUARC_REJECTED),
-        Err(Error::Encode(_) | Error::Source(_)) => Some(QUARC_BROKEN),
+        Err(_) => Some(QUARC_BROKEN),
     };
     // SAFETY: guaranteed by the caller.
     unsafe { call(decoder, pull) }

@@ -23,7 +23,7 @@ create_exception!(quarc_core, UnwritableError, PyException, "A scene cannot be e
 pub fn raise(error: Error) -> PyErr {
     match error {
         Error::Rejected { reject, message, .. } => RejectedError::new_err((reject.id(), message)),
-        Error::Limit(message) | Error::Source(message) => DeclinedError::new_err(message),
         Error::Encode(message) => UnwritableError::new_err(message),
+        declined => DeclinedError::new_err(declined.to_string()),
     }
 }

@@ -2,8 +2,9 @@
 
 use std::fmt;
 
-/// Why a stream is rejected: a row of the table in SPEC 3.3.
+/// Why a stream is rejected: a row of the table in SPEC 3.3. Later versions may add reasons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Reject {
     /// The stream does not begin with the magic (SPEC 5.1).
     BadMagic,
@@ -109,6 +110,7 @@ impl Reject {
 
 /// An error of reading or writing a stream.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Error {
     /// The stream is malformed.
     Rejected {
