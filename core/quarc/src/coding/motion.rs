@@ -66,18 +66,29 @@ pub fn write_motion(
     channels: usize,
     counts: &Counts,
 ) -> Result<Section> {
-    let counts_fit = symbols.iter().map(Vec::len).eq(context.sizes.iter().copied());
-    let fits = |symbols: &Channels| {
-        symbols.iter().all(|symbol| symbol.unsigned_abs() <= SYMBOL_LIMIT as u16)
-            && symbols[channels..].iter().all(|&symbol| symbol == 0)
-    };
-    if !counts_fit || !symbols.iter().flatten().all(fits) {
-        let message = format!("a symbol exceeds {SYMBOL_LIMIT}, or there are too many symbols");
-        return Err(Error::Encode(message));
-    }
+    require_valid(symbols, context.sizes.iter().copied(), channels)?;
     let mut writer = PlaneWriter::new(counts.clone());
     walk(&mut writer, context, &mut symbols.to_vec(), channels)?;
     Ok(writer.section())
+}
+
+/// Check the symbols of levels with these numbers of anchors.
+pub(crate) fn require_valid(
+    symbols: &[Vec<Channels>],
+    sizes: impl Iterator<Item = usize>,
+    channels: usize,
+) -> Result<()> {
+    let is_valid = |symbols: &Channels| {
+        symbols.iter().all(|symbol| symbol.unsigned_abs() <= SYMBOL_LIMIT as u16)
+            && symbols[channels..].iter().all(|&symbol| symbol == 0)
+    };
+    let mut moving = symbols.iter().flatten().filter(|symbols| symbols != &&Channels::default());
+    if sizes.eq(symbols.iter().map(Vec::len)) && moving.all(is_valid) {
+        return Ok(());
+    }
+    let message =
+        format!("a symbol exceeds {SYMBOL_LIMIT}, or the symbols do not match the anchors");
+    Err(Error::Encode(message))
 }
 
 /// Decode the symbols of a frame, per level; level 1, the finest, is first.

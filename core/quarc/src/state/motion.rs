@@ -3,7 +3,7 @@
 use super::State;
 use crate::anchors::Anchors;
 use crate::coding::channels::Channels;
-use crate::coding::motion::{read_motion, write_motion, Known, MotionContext};
+use crate::coding::motion::{read_motion, require_valid, write_motion, Known, MotionContext};
 use crate::error::{Error, Result};
 use crate::parallel::{each, ranges};
 use crate::records::Section;
@@ -72,14 +72,13 @@ impl State {
     /// Move every Gaussian by its anchors (SPEC 7.5); after `begin_frame`.
     ///
     /// # Errors
-    /// `position-range`, `degenerate-rotation`.
+    /// `position-range`, `degenerate-rotation`; `Encode`: a symbol is out of range, or the number of
+    /// symbols does not match the anchors.
     pub fn move_by(&mut self, symbols: &[Vec<Channels>]) -> Result<()> {
         self.require_bound()?;
         let anchors = anchors_of(&mut self.anchors)?;
         let counts = anchors.levels().iter().map(|level| level.ids.len());
-        if !counts.eq(symbols.iter().map(Vec::len)) {
-            return Err(Error::Encode("the number of symbols does not match the anchors".into()));
-        }
+        require_valid(symbols, counts, self.header.symbol_planes())?;
         let moves = |symbols: &Vec<Channels>| symbols.iter().map(|own| own != &STILL).collect();
         let moves: Vec<Vec<bool>> = symbols.iter().map(moves).collect();
         anchors.follow(&moves);

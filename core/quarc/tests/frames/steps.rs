@@ -51,6 +51,9 @@ fn steps_in_the_wrong_order_are_rejected() {
     assert!(refused(state.begin_frame(0)), "the frame has only begun");
     let levels = state.anchors().expect("begun").levels();
     let still: Vec<_> = levels.iter().map(|level| vec![[0; 8]; level.ids.len()]).collect();
+    let mut wild = still.clone();
+    wild[0][0][0] = i16::MAX;
+    assert!(refused(state.move_by(&wild)), "a sum of such symbols could overflow");
     state.move_by(&still).expect("no anchor moves");
     state.bear(&births).expect("a newborn");
     assert_eq!((state.count(), state.next_id()), (begun.count() + 1, begun.count() as u64 + 1));
