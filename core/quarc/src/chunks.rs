@@ -288,7 +288,7 @@ pub fn bounded_limit(limit: u32) -> u32 {
 
 /// Whether the letters match a pattern of SPEC 5.2: all have the case of the first, except the
 /// second, where the other case marks a private type.
-fn is_type(kind: Kind) -> bool {
+pub(crate) fn is_type(kind: Kind) -> bool {
     let [first, _, third, fourth] = kind.map(|letter| letter & ANCILLARY_BIT);
     kind.iter().all(u8::is_ascii_alphabetic) && first == third && first == fourth
 }

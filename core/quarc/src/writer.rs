@@ -45,7 +45,7 @@
 //! sections are fields of a [`FrameChunk`](crate::records::FrameChunk).
 
 use crate::chunks::{
-    build_chunk, is_canonical, is_frame, kind_name, Kind, HEAD, INDX, MAGIC, TAIL,
+    build_chunk, is_canonical, is_frame, is_type, kind_name, Kind, HEAD, INDX, MAGIC, TAIL,
 };
 use crate::error::{Error, Result};
 use crate::records::{Header, SeekPoint, Tail};
@@ -95,9 +95,13 @@ impl StreamWriter {
     /// Write a chunk of any type but HEAD, INDX and TAIL.
     ///
     /// # Errors
-    /// [`Error::Encode`] if the payload is longer than the level allows, a canonical frame has no
-    /// ordinal, or the sequence numbers are used up.
+    /// [`Error::Encode`] if it is one of these types or not a type at all, the payload is longer than
+    /// the level allows, a canonical frame has no ordinal, or the sequence numbers are used up.
     pub fn write(&mut self, kind: Kind, payload: &[u8]) -> Result<Vec<u8>> {
+        if !is_type(kind) || [HEAD, INDX, TAIL].contains(&kind) {
+            let message = format!("{} is not a type that can be written", kind_name(kind));
+            return Err(Error::Encode(message)); // [5.1-2] [5.1-6] [5.2-8]
+        }
         if payload.len() as u64 > u64::from(self.limit) {
             let (found, most) = (payload.len(), self.limit);
             let message = format!("{} has {found} bytes; the limit is {most}", kind_name(kind));

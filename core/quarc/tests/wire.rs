@@ -104,6 +104,19 @@ fn streams_are_rebuilt_from_their_payloads() {
 }
 
 #[test]
+fn chunks_that_the_writer_adds_or_that_have_no_type_are_refused() {
+    let (_, stream) = streams().remove(0);
+    let header = wire::parse_header(&chunks(&stream).expect("a stream")[0].payload);
+    let (mut writer, _) = StreamWriter::new(&header.expect("HEAD is right")).expect("a header");
+    for kind in [HEAD, INDX, TAIL, *b"a1~\0", *b"tEsT"] {
+        assert!(matches!(writer.write(kind, b""), Err(Error::Encode(_))), "{kind:?}");
+    }
+    for kind in [*b"test", *b"tEst"] {
+        assert!(writer.write(kind, b"").is_ok(), "{kind:?}");
+    }
+}
+
+#[test]
 fn truncated_and_extended_payloads_are_rejected() {
     for (name, stream) in streams() {
         let chunks = chunks(&stream).expect("the streams of this folder are right");
