@@ -211,14 +211,11 @@ where
 /// A header whose contents do not matter: all Gaussians are anchors of its one level.
 fn plain_header() -> Header {
     Header {
-        level: 10,
         timescale: 1,
-        frame_ticks: 1,
         lattice_exponent: 0,
         position_step: 1,
         translation_step: 1,
         rotation_unity: 1,
-        rotation_components: 3,
         rotation_bits: 1,
         log_scale_step: 1.0,
         opacity_step: 1.0,
@@ -230,12 +227,6 @@ fn plain_header() -> Header {
         anchor_ratio: 2,
         resample_interval: 1,
         full_crc_interval: 1,
-        seed: 0,
-        right_handed: true,
-        up_axis: 0,
-        meters_per_unit: 0.0,
-        color_space: 1,
-        updates: false,
-        snapshots: false,
+        ..Header::default()
     }
 }

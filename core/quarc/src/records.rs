@@ -5,7 +5,15 @@ use crate::constants::Level;
 /// Coded planes of one kind (SPEC 8.1): the words of the entropy coder in the order of the stream.
 pub type Section = Vec<u32>;
 
-/// Parameters of the stream from its HEAD chunk (SPEC 5.3), with their ranges checked.
+/// Parameters of the stream from its HEAD chunk (SPEC 5.3). Parsers check their ranges.
+///
+/// To make a header, begin with the default one, because versions may add fields:
+///
+/// ```
+/// # use quarc::records::Header;
+/// let header = Header { sh_degree: 0, timescale: 60, ..Header::default() };
+/// assert!(header.check().is_ok());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Header {
     /// Number of the conformance level (SPEC 3.2).
@@ -60,6 +68,40 @@ pub struct Header {
     pub updates: bool,
     /// Whether canonical frames may be snapshots: feature bit 2.
     pub snapshots: bool,
+}
+
+/// A stream of level 10 with 30 frames per second and SH of degree 1, without optional features.
+impl Default for Header {
+    fn default() -> Self {
+        Header {
+            level: 10,
+            timescale: 30,
+            frame_ticks: 1,
+            lattice_exponent: 12,
+            position_step: 4,
+            translation_step: 7,
+            rotation_unity: 100,
+            rotation_components: 3,
+            rotation_bits: 8,
+            log_scale_step: 1.0 / 16.0,
+            opacity_step: 1.0 / 8.0,
+            sh_dc_step: 1.0 / 32.0,
+            sh_rest_step: 1.0 / 32.0,
+            sh_degree: 1,
+            level_count: 3,
+            gaussians_per_anchor: 4,
+            anchor_ratio: 3,
+            resample_interval: 2,
+            full_crc_interval: 32,
+            seed: 0,
+            right_handed: true,
+            up_axis: 0,
+            meters_per_unit: 0.0,
+            color_space: 1,
+            updates: false,
+            snapshots: false,
+        }
+    }
 }
 
 impl Header {

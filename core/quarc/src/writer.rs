@@ -6,17 +6,14 @@
 //! ```
 //! use quarc::chunks::CANO;
 //! use quarc::coding::canonical::{blank, sort, write_canonical};
-//! use quarc::records::CanonicalChunk;
+//! use quarc::records::{CanonicalChunk, Header};
 //! use quarc::state::State;
 //! use quarc::stream::Decoder;
 //! use quarc::wire::build_canonical;
 //! use quarc::writer::StreamWriter;
+//! use std::sync::Arc;
 //!
-//! // The parameters of another stream.
-//! let mut decoder = Decoder::new();
-//! decoder.push(&std::fs::read("../../conformance/streams/journey.quarc")?);
-//! decoder.pull()?;
-//! let header = decoder.header().expect("a stream with a frame").clone();
+//! let header = Arc::new(Header::default());
 //!
 //! // A frame of two Gaussians, as integers; floats are rounded to the steps of the header.
 //! let mut gaussians = blank(header.code_planes(), 2);

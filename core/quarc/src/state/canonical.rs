@@ -22,6 +22,7 @@ impl State {
     /// # Errors
     /// The chunk is invalid.
     pub fn canonical(header: &Arc<Header>, chunk: &CanonicalChunk) -> Result<(State, Gaussians)> {
+        header.check()?;
         // [7.2-2]
         require_some(chunk.gaussian_count as usize)?;
         require_gaussians(header, u64::from(chunk.gaussian_count))?;
@@ -43,6 +44,7 @@ impl State {
         chunk: &SnapshotChunk,
         canonical: &Gaussians,
     ) -> Result<(State, Vec<i32>)> {
+        header.check()?;
         require_even(canonical, header.code_planes())?;
         require_gaussians(header, u64::from(chunk.newborn_count))?;
         let (gaussians, canonical_indices) = read_snapshot(chunk, canonical, |count| {
@@ -58,8 +60,10 @@ impl State {
     /// The state of a canonical frame with these Gaussians, in coded order.
     ///
     /// # Errors
-    /// `position-range`, `code-range`, `rotation-range`; `Encode`: the planes differ in length.
+    /// `position-range`, `code-range`, `rotation-range`; `Encode`: the planes differ in length,
+    /// or a field of the header is out of range.
     pub fn begin(header: &Arc<Header>, frame: u32, gaussians: &Gaussians) -> Result<State> {
+        header.check()?;
         require_even(gaussians, header.code_planes())?;
         let count = gaussians.count();
         let recency = if header.updates { vec![RECENCY_LIMIT; count] } else { Vec::new() };

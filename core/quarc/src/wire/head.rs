@@ -59,7 +59,7 @@ pub fn parse_header(payload: &[u8]) -> Result<Header> {
 /// # Errors
 /// [`Error::Encode`] if a field is out of range.
 pub fn build_header(header: &Header) -> Result<Vec<u8>> {
-    check_ranges(header).map_err(Error::Encode)?;
+    header.check()?;
     let mut payload = Payload::default();
     write_features(&mut payload, header);
     payload.u8(header.level);
@@ -84,6 +84,16 @@ pub fn build_header(header: &Header) -> Result<Vec<u8>> {
     payload.f32s(&[header.meters_per_unit]);
     payload.u8(header.color_space);
     Ok(payload.bytes)
+}
+
+impl Header {
+    /// Check the ranges of SPEC 5.3.
+    ///
+    /// # Errors
+    /// [`Error::Encode`] if a field is out of range.
+    pub fn check(&self) -> Result<()> {
+        check_ranges(self).map_err(Error::Encode)
+    }
 }
 
 /// Check the version and the incompatible features, and return the features.

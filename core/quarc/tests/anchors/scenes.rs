@@ -40,14 +40,9 @@ impl Random {
 pub fn plain_header() -> Header {
     Header {
         level: 30,
-        timescale: 30,
-        frame_ticks: 1,
-        lattice_exponent: 12,
         position_step: 1,
         translation_step: 1,
         rotation_unity: 1,
-        rotation_components: 3,
-        rotation_bits: 8,
         log_scale_step: 1.0,
         opacity_step: 1.0,
         sh_dc_step: 1.0,
@@ -58,13 +53,7 @@ pub fn plain_header() -> Header {
         anchor_ratio: 2,
         resample_interval: 1,
         full_crc_interval: 1,
-        seed: 0,
-        right_handed: true,
-        up_axis: 0,
-        meters_per_unit: 0.0,
-        color_space: 1,
-        updates: false,
-        snapshots: false,
+        ..Header::default()
     }
 }
 

@@ -3,9 +3,10 @@
 use crate::streams::{chunks, vectors, Frames};
 use quarc::coding::canonical::blank;
 use quarc::error::Error;
-use quarc::records::{Births, Gaussians, Updates};
+use quarc::records::{Births, Gaussians, Header, Updates};
 use quarc::rows::Rows;
 use quarc::state::State;
+use std::sync::Arc;
 
 /// The states of all frames of a stream of the suite.
 fn states(name: &str) -> Vec<State> {
@@ -59,6 +60,22 @@ fn steps_in_the_wrong_order_are_rejected() {
     assert_eq!((state.count(), state.next_id()), (begun.count() + 1, begun.count() as u64 + 1));
     assert!(refused(state.move_by(&[])), "a newborn is not bound");
     assert_eq!(begun.digest(), states("streams/still")[0].digest(), "a clone is independent");
+}
+
+#[test]
+fn a_header_out_of_range_begins_no_state() {
+    let whole = Header::default();
+    let gaussians = blank(whole.code_planes(), 2);
+    assert!(State::begin(&Arc::new(whole.clone()), 0, &gaussians).is_ok());
+    for header in [
+        Header { level: 5, ..whole.clone() },
+        Header { resample_interval: 0, ..whole.clone() },
+        Header { anchor_ratio: 0, ..whole.clone() },
+        Header { sh_dc_step: f32::NAN, ..whole },
+    ] {
+        let begun = State::begin(&Arc::new(header), 0, &gaussians);
+        assert!(matches!(begun, Err(Error::Encode(_))));
+    }
 }
 
 #[test]
