@@ -38,7 +38,9 @@ impl Parts {
             return;
         }
         let end = offset + bytes.len() as u64;
-        self.size = self.size.max(end);
+        if !self.is_whole {
+            self.size = self.size.max(end);
+        }
         let next = self.count_up_to(offset);
         let place = match self.parts[..next].last() {
             Some(part) if part.end() >= offset => next - 1,

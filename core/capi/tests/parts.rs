@@ -75,6 +75,30 @@ fn seeking_reads_only_the_necessary_bytes() {
 }
 
 #[test]
+fn bytes_after_the_limit_do_not_move_it() {
+    let stream = read("journey");
+    let half = stream.len() / 2;
+    let counts = [true, false].map(|limit_first| unsafe {
+        let mut decoder = quarc_open_parts(0);
+        let limit = || assert_eq!(quarc_limit(decoder, half as u64), QUARC_OK);
+        limit_first.then(limit);
+        quarc_put(decoder, 0, stream.as_ptr(), stream.len());
+        (!limit_first).then(limit);
+        let mut frames = 0;
+        let status = loop {
+            match quarc_pull(decoder, null_mut()) {
+                QUARC_FRAME => frames += 1,
+                status => break status,
+            }
+        };
+        quarc_close(&mut decoder);
+        (frames, status)
+    });
+    assert_eq!(counts[0], counts[1]);
+    assert_eq!(counts[0].1, QUARC_REJECTED);
+}
+
+#[test]
 fn the_end_of_byte_ranges_is_declared_by_their_limit() {
     let stream = read("journey");
     let half = stream.len() / 2;
