@@ -74,8 +74,9 @@ export class Timeline {
     if (frameCount <= 0 || width === 0) return; // the width is 0 while the timeline is hidden
     const frameWidth = width / frameCount;
     const framesPerBar = Math.max(1, Math.floor(1 / frameWidth)); // frames per pixel
+    const largestBars = this.#findLargestBars(extent.firstFrame, framesPerBar);
     for (let frame = extent.firstFrame; frame < extent.endFrame; frame += framesPerBar) {
-      this.#drawBar(context, frame, this.#findBar(frame, framesPerBar), extent, frameWidth * framesPerBar, height);
+      this.#drawBar(context, frame, largestBars.get(frame), extent, frameWidth * framesPerBar, height);
     }
     const playheadX = (extent.shownFrame - extent.firstFrame + 0.5) * frameWidth;
     context.fillStyle = PLAYHEAD_COLOR;
@@ -101,14 +102,15 @@ export class Timeline {
     context.fillRect(left, height - timeHeight - devicePixelRatio, width, devicePixelRatio);
   }
 
-  /** Find the largest bar of consecutive frames that share a pixel. */
-  #findBar(frame: number, framesPerBar: number): Bar | undefined {
-    let chosen = this.#bars.get(frame);
-    for (let nextFrame = frame + 1; nextFrame < frame + framesPerBar; nextFrame++) {
-      const bar = this.#bars.get(nextFrame);
-      if (bar !== undefined && (chosen === undefined || (bar.bytes ?? 0) > (chosen.bytes ?? 0))) chosen = bar;
+  /** Find the largest bar of each group of consecutive frames that share a pixel, by the first frame of the group. */
+  #findLargestBars(firstFrame: number, framesPerBar: number): ReadonlyMap<number, Bar> {
+    const largestBars = new Map<number, Bar>();
+    for (const [frame, bar] of this.#bars) { // not all ordinals: an index may claim billions of frames
+      const groupFrame = frame - ((frame - firstFrame) % framesPerBar);
+      const largest = largestBars.get(groupFrame);
+      if (largest === undefined || (bar.bytes ?? 0) > (largest.bytes ?? 0)) largestBars.set(groupFrame, bar);
     }
-    return chosen;
+    return largestBars;
   }
 
   #barHeight(bar: Bar | undefined): number {
