@@ -151,6 +151,19 @@ browserTest("opening at a frame shows no other frame before it", async () => {
   assert.deepEqual(shown, { frames: [15], previews: 0, cameras: 3, title: "a ball in a room" });
 });
 
+browserTest("frameworks that set properties instead of attributes can set the first frame", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const frames = await page.page.evaluate(async () => {
+    const player = document.createElement("quarc-player");
+    player.setAttribute("src", "stream.quarc");
+    for (const frame of [1, null, "15"]) player.frame = frame;
+    const shown = new Promise<number>((resolve) => player.addEventListener("frame", ({ detail }) => resolve(detail.frame)));
+    document.body.append(player);
+    return [await shown, player.frame];
+  });
+  assert.deepEqual(frames, [15, 15]);
+});
+
 browserTest("cameras after the first frame replace the cameras, and the view if it has not been moved", async () => {
   for (const isMoved of [false, true]) {
     await using page = await PlayerPage.open({ stream: readVector("streams/cameras-and-metadata"), attributes: null });

@@ -111,6 +111,12 @@ export class QuarcPlayer extends HTMLElement {
     return this.player?.frame ?? null;
   }
 
+  /** Set the attribute `frame`; React and Vue set a property instead of an attribute if an element has one of that name. */
+  set frame(frame: number | string | null | undefined) {
+    if (frame === null || frame === undefined) this.removeAttribute("frame");
+    else this.setAttribute("frame", String(frame));
+  }
+
   /** The description of the stream; null before its first frame. */
   get info(): StreamInfo | null {
     return this.player?.info ?? null;
