@@ -194,26 +194,20 @@ def _make_skipped_faults(parent: ValidStream) -> Iterable[Vector]:
         "HEAD is damaged",
     )
     yield replace(vector, seek=((_REQUESTED_FRAME, Outcome((), ("payload-crc",))),))
-    seek = ((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:], ("payload-crc",))),)
-    vector = make_patched_vector(
-        parent,
-        "damaged/passed-tail",
-        "11.2-1",
-        stream.replace_chunk(TAIL_CHUNK_INDEX, flipped_byte=28),
-        Outcome(frames, ("payload-crc",)),
-        "one bit of index_offset is flipped, so seeking does not use INDX",
-    )
-    yield replace(vector, seek=seek)
-    seek = ((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:], ("header-crc",))),)
-    vector = make_patched_vector(
-        parent,
-        "damaged/passed-tail-header",
-        "11.2-1",
-        stream.replace_chunk(TAIL_CHUNK_INDEX, flipped_byte=8),
-        Outcome(frames, ("header-crc",)),
-        "one bit of TAIL's sequence number is flipped, so seeking does not use INDX",
-    )
-    yield replace(vector, seek=seek)
+    for name, flipped_byte, reject_id, field in (
+        ("tail", 28, "payload-crc", "index_offset"),
+        ("tail-header", 8, "header-crc", "TAIL's sequence number"),
+    ):
+        vector = make_patched_vector(
+            parent,
+            f"damaged/passed-{name}",
+            "11.2-1",
+            stream.replace_chunk(TAIL_CHUNK_INDEX, flipped_byte=flipped_byte),
+            Outcome(frames, (reject_id,)),
+            f"one bit of {field} is flipped, so seeking does not use INDX",
+        )
+        seek = ((_REQUESTED_FRAME, Outcome(frames[_REQUESTED_FRAME:], (reject_id,))),)
+        yield replace(vector, seek=seek)
     index = stream.replace_chunk(INDX_CHUNK_INDEX, flipped_byte=-20)
     outcome = Outcome(frames, ("payload-crc",))
     vector = make_patched_vector(
