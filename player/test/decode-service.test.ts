@@ -42,6 +42,28 @@ class ReplyRecorder {
 const sleep = (milliseconds: number): Promise<void> =>
   new Promise((resolve) => setTimeout(resolve, milliseconds));
 
+test("a decoder that cannot be loaded is reported, and is loaded again for the next stream", async (context) => {
+  const { instantiate } = WebAssembly;
+  const failToLoad = (module: WebAssembly.Module, imports: WebAssembly.Imports): Promise<WebAssembly.Instance> => {
+    // Node's fetch loads a module of its own, which has imports.
+    if (Object.keys(imports).length > 0) return instantiate(module, imports);
+    return Promise.reject(new RangeError("out of memory"));
+  };
+  const mock = context.mock.method(WebAssembly, "instantiate", failToLoad as typeof instantiate);
+  const recorder = new ReplyRecorder();
+  recorder.open("journey");
+  await recorder.waitUntil(() => recorder.hasReply("error", 0));
+  const faults = recorder.replies.flatMap((reply) => (reply.kind === "error" ? [reply.error] : []));
+  assert.deepEqual(
+    faults.map(({ kind, rejectId, message }) => [kind, rejectId, message]),
+    [["limit", null, "the decoder cannot be loaded: RangeError: out of memory"]],
+  );
+  mock.mock.restore();
+  recorder.open("journey");
+  recorder.decoding.handle({ kind: "more", frames: 1, run: 0 });
+  await recorder.waitUntil(() => recorder.frames.length === 1);
+});
+
 test("only the allowed number of frames is sent", async () => {
   const recorder = new ReplyRecorder();
   recorder.open("journey");

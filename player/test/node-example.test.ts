@@ -7,9 +7,13 @@ import { test } from "node:test";
 
 const resolvePath = (path: string): string => fileURLToPath(new URL(path, import.meta.url));
 
-function runExample(vector: string, ...args: string[]): { status: number | null; stdout: string; stderr: string } {
+interface ExampleResult { status: number | null; stdout: string; stderr: string }
+
+const runExample = (vector: string, ...args: string[]): ExampleResult => runNode([], vector, ...args);
+
+function runNode(options: string[], vector: string, ...args: string[]): ExampleResult {
   const file = resolvePath(`../../conformance/${vector}.quarc`);
-  const result = spawnSync(process.execPath, [resolvePath("../examples/node.mjs"), file, ...args]);
+  const result = spawnSync(process.execPath, [...options, resolvePath("../examples/node.mjs"), file, ...args]);
   return { status: result.status, stdout: String(result.stdout), stderr: String(result.stderr) };
 }
 
@@ -25,4 +29,10 @@ test("it prints the reject id of a damaged stream", () => {
   const { status, stderr } = runExample("damaged/byte-lost");
   assert.equal(status, 1);
   assert.match(stderr, /^rejected \([a-z-]+\): /);
+});
+
+test("without WebAssembly, as in some private browsers, the error says so", () => {
+  const { status, stderr } = runNode(["--jitless"], "streams/journey");
+  assert.equal(status, 1);
+  assert.match(stderr, /the decoder cannot be loaded: ReferenceError: WebAssembly is not defined/);
 });

@@ -7,7 +7,7 @@
 import type { DecodeRequest, PostReply } from "../protocol.js";
 import { describeError } from "./fault.js";
 import { OpenStream } from "./open-stream.js";
-import { QuarcModule } from "./quarc.js";
+import { ModuleError, QuarcModule } from "./quarc.js";
 import { Run } from "./run.js";
 
 export class DecodeService {
@@ -55,7 +55,7 @@ export class DecodeService {
   }
 }
 
-/** Whether the module can be used after an error: not if it has trapped or could not be compiled. */
+/** Whether the module can be used after an error: not if it has trapped or could not be loaded. */
 function isModuleUsable(error: unknown): boolean {
-  return !(error instanceof WebAssembly.RuntimeError || error instanceof WebAssembly.CompileError);
+  return !(error instanceof ModuleError || error instanceof WebAssembly.RuntimeError); // WebAssembly may be missing
 }

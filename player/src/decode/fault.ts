@@ -1,7 +1,7 @@
 /** Converts errors to the faults that the page receives. */
 
 import type { PlayerFault } from "../protocol.js";
-import { QuarcError } from "./quarc.js";
+import { ModuleError, QuarcError } from "./quarc.js";
 import { NetworkError } from "./source.js";
 
 /** Convert an error to a fault; `frame` is the ordinal of the frame that could not be decoded, or null. */
@@ -14,5 +14,5 @@ export function describeError(error: unknown, frame: number | null): PlayerFault
 function faultKind(error: unknown): PlayerFault["kind"] {
   if (error instanceof NetworkError) return "network";
   if (error instanceof QuarcError) return error.rejectId === null ? "limit" : "rejected";
-  return error instanceof WebAssembly.RuntimeError ? "limit" : "player";
+  return error instanceof ModuleError || error instanceof WebAssembly.RuntimeError ? "limit" : "player";
 }

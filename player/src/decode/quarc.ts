@@ -23,6 +23,11 @@ export class QuarcError extends Error {
   }
 }
 
+/** The module cannot be compiled or instantiated, because WebAssembly is missing or forbidden, or memory is short. */
+export class ModuleError extends Error {
+  override readonly name = "ModuleError";
+}
+
 /** The state of a frame (SPEC 7.1), as planes of `count` numbers. */
 export interface FrameState {
   readonly frame: number;
@@ -60,9 +65,15 @@ export class QuarcModule {
   readonly functions: Functions;
   readonly scratchAddress: number;
 
+  /** Load the module; after a ModuleError, this can be tried again. */
   static async load(): Promise<QuarcModule> {
-    compiledModule ??= compileModule();
-    return new QuarcModule(await WebAssembly.instantiate(await compiledModule, {}));
+    try {
+      const compiled = await (compiledModule ??= compileModule());
+      return new QuarcModule(await WebAssembly.instantiate(compiled, {}));
+    } catch (error) {
+      compiledModule = null;
+      throw new ModuleError(`the decoder cannot be loaded: ${String(error)}`);
+    }
   }
 
   private constructor(instance: WebAssembly.Instance) {
