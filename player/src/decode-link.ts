@@ -6,8 +6,7 @@
  */
 
 import type { DecodeReply, PlayerFault, StreamSource } from "./protocol.js";
-import { makeFault } from "./stream-error.js";
-import { sendRequest } from "./workers.js";
+import { describeWorkerError, sendRequest } from "./workers.js";
 
 export class DecodeLink {
   /** Number of the current run; 0 before the first. */
@@ -20,9 +19,7 @@ export class DecodeLink {
     decoder.onmessage = ({ data }) => {
       if (this.#isCurrent(data as DecodeReply)) onReply(data as DecodeReply);
     };
-    decoder.onerror = (event) => {
-      onFault(makeFault("player", event.message || "the decode worker could not be started"));
-    };
+    decoder.onerror = (event) => onFault(describeWorkerError(event));
   }
 
   /** Open a stream, and allow `frames` frames to be decoded. If the bytes were transferred before, throw a DataCloneError. */

@@ -2,8 +2,7 @@
 
 import { generateFrames, type DecodeChannel, type FramesOptions } from "./decode/frames.js";
 import type { DecodeReply, FramePacket, StreamSource } from "./protocol.js";
-import { makeFault } from "./stream-error.js";
-import { makeDecoder, sendRequest } from "./workers.js";
+import { describeWorkerError, makeDecoder, sendRequest } from "./workers.js";
 
 const FRAMES_AHEAD = 3;
 
@@ -24,9 +23,7 @@ function startDecoder(onReply: (reply: DecodeReply) => void): DecodeChannel {
   const worker = makeDecoder();
   let run = 0;
   worker.onmessage = ({ data }) => onReply(data as DecodeReply);
-  worker.onerror = ({ message }) => {
-    onReply({ kind: "error", error: makeFault("player", message || "the decoder could not be started"), run });
-  };
+  worker.onerror = (event) => onReply({ kind: "error", error: describeWorkerError(event), run });
   return {
     handle(request) {
       if ("run" in request) run = request.run;

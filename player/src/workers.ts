@@ -2,7 +2,8 @@
 
 import decoderCode from "worker:decode/worker";
 import sorterCode from "worker:sort/worker";
-import type { DecodeRequest } from "./protocol.js";
+import type { DecodeRequest, PlayerFault } from "./protocol.js";
+import { makeFault } from "./stream-error.js";
 
 const urlByCode = new Map<string, string>();
 
@@ -17,6 +18,12 @@ export function sendRequest(decoder: Worker, request: DecodeRequest): void {
   const link = document.createElement("a"); // leaves an invalid address to the worker, which reports it
   link.href = source.url;
   decoder.postMessage({ ...request, source: { ...source, url: link.href } });
+}
+
+/** Describe the error of a decode worker; it has no message if the browser did not start the worker. */
+export function describeWorkerError({ message }: ErrorEvent): PlayerFault {
+  if (message) return makeFault("player", message);
+  return makeFault("limit", "the browser did not start the decoder; a Content-Security-Policy must allow worker-src blob:");
 }
 
 function startWorker(code: string): Worker {
