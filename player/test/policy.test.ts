@@ -1,9 +1,12 @@
 /** Pages with a Content-Security-Policy. */
 
 import assert from "node:assert/strict";
+import { KEEP_AUDIO, makeWav } from "./audio-file.js";
 import { browserTest, PlayerPage } from "./browser.js";
 import type { PlayerFault } from "../src/protocol.js";
 import type { StreamError } from "../src/stream-error.js";
+
+declare const audioElement: HTMLAudioElement;
 
 browserTest("a Content-Security-Policy that forbids the decoder is named in the error", async () => {
   for (const [policy, message] of [
@@ -32,11 +35,26 @@ browserTest("a Content-Security-Policy that forbids the decoder is named in the 
 });
 
 browserTest("the Content-Security-Policy that README.md names allows everything that the component needs", async () => {
-  const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src blob:; style-src 'unsafe-inline'";
+  const policy = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; worker-src blob:; media-src 'self' blob:";
   const html = `<!doctype html><meta http-equiv="Content-Security-Policy" content="${policy}">
-<script type="module" src="quarc-player.js"></script><quarc-player src="stream.quarc"></quarc-player>`;
-  await using page = await PlayerPage.open({ files: { "/": html } }); // fails if the console shows an error
+<script type="module" src="quarc-player.js"></script><quarc-player src="stream.quarc" audio="a.wav"></quarc-player>`;
+  const files = { "/": html, "/a.wav": makeWav(1) };
+  // Without range requests, the audio becomes a blob. The page fails if the console shows an error.
+  await using page = await PlayerPage.open({ files, supportsRanges: false, initScript: KEEP_AUDIO });
   await page.run(async (player) => { // `waitUntil` needs 'unsafe-eval'
     if (player.frame === null) await new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+    const isBlob = (): boolean => audioElement.src.startsWith("blob:") && audioElement.readyState > 0;
+    while (!isBlob()) await new Promise((resolve) => setTimeout(resolve, 20));
   });
+  assert.equal(await page.run((player) => getComputedStyle(player).backgroundColor), "rgb(13, 15, 18)");
+});
+
+browserTest("an element keeps its style when it is moved to another window", async () => {
+  await using page = await PlayerPage.open();
+  const color = await page.run((player) => {
+    const { contentDocument, contentWindow } = document.body.appendChild(document.createElement("iframe"));
+    contentDocument?.body.append(player);
+    return contentWindow?.getComputedStyle(player).backgroundColor;
+  });
+  assert.equal(color, "rgb(13, 15, 18)");
 });

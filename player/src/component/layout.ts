@@ -46,8 +46,7 @@ const makeButton = (name: ButtonName): string => {
 
 const speedOptions = SPEEDS.map((speed) => `<option value="${speed}">${speed}×</option>`).join("");
 
-const TEMPLATE = `<style>${STYLE}</style>
-<div class="frame">
+const TEMPLATE = `<div class="frame">
   <div class="picture">
     <canvas class="view" tabindex="0" role="img" aria-label="The scene: drag to orbit, scroll to zoom, W A S D Q E to fly"></canvas>
     <img class="poster" alt="" hidden>
@@ -71,6 +70,11 @@ const TEMPLATE = `<style>${STYLE}</style>
 /** Fill a shadow root with the elements of the component, and return them. */
 export function createLayout(root: ShadowRoot): Layout {
   root.innerHTML = TEMPLATE;
+  // Unlike the element `style`, a style sheet needs no permission in the page's Content-Security-Policy.
+  const { defaultView } = root.ownerDocument; // the page may have moved the element to another window
+  const styleSheet = new (defaultView ?? window).CSSStyleSheet();
+  styleSheet.replaceSync(STYLE);
+  root.adoptedStyleSheets = [styleSheet];
   const find = <T extends Element>(selector: string): T => root.querySelector(selector) as T;
   const names = Object.keys(BUTTONS) as ButtonName[];
   const buttons = Object.fromEntries(names.map((name) => [name, find(`#${name}`)]));
