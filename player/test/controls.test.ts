@@ -3,9 +3,6 @@
 import assert from "node:assert/strict";
 import { browserTest, PIXEL_RATIO, PlayerPage, type PlayerElement } from "./browser.js";
 
-/** Name of the selected camera; null after the view has been moved. */
-const readCamera = (page: PlayerPage): Promise<string | null> => page.run((player) => player.player?.camera ?? null);
-
 /** Return the first and the last column of a screen row that are not black. */
 async function findPictureEdges(page: PlayerPage, y: number): Promise<[number, number]> {
   const { width, pixelAt } = await page.takeScreenshot();
@@ -13,31 +10,6 @@ async function findPictureEdges(page: PlayerPage, y: number): Promise<[number, n
   const visibleColumns = Array.from({ length: width }, (_, x) => x).filter(isVisible);
   return [visibleColumns[0] ?? width, visibleColumns.at(-1) ?? 0];
 }
-
-browserTest("keys play, step, loop, choose a camera, change the speed and flip", async () => {
-  await using page = await PlayerPage.open();
-  await page.waitUntil((player) => player.frame === 0);
-  const { keyboard } = page.page;
-  await page.page.locator("quarc-player canvas.view").focus();
-  await keyboard.press(".");
-  await page.waitUntil((player) => player.frame === 1);
-  await keyboard.press(",");
-  await page.waitUntil((player) => player.frame === 0);
-  await keyboard.press("Space");
-  await page.waitUntil((player) => player.isPlaying && (player.frame ?? 0) > 0);
-  await keyboard.press("k");
-  await page.waitUntil((player) => !player.isPlaying);
-  for (const key of ["l", "2", ">", "i"]) await keyboard.press(key);
-  const state = await page.run(({ player }) => [player?.loop, player?.camera, player?.speed]);
-  assert.deepEqual(state, [true, "side", 2]);
-  await page.page.locator("quarc-player dl.statistics").waitFor();
-  await keyboard.press("u");
-  assert.equal(await readCamera(page), null);
-  await keyboard.press("0");
-  assert.equal(await readCamera(page), "side");
-  await keyboard.press("End");
-  await page.waitUntil((player) => player.frame === 23);
-});
 
 browserTest("keys and touch move the view on the canvas of a program, until its player is disposed", async () => {
   await using page = await PlayerPage.open({ attributes: null, isTouch: true });
@@ -83,49 +55,6 @@ browserTest("a canvas to which the page gives no size keeps its size", async () 
   assert.deepEqual(sizes, [300, 150, 300 * PIXEL_RATIO, 150 * PIXEL_RATIO]);
 });
 
-browserTest("keys change a speed that is not in the list to the next speed of the list", async () => {
-  await using page = await PlayerPage.open();
-  await page.waitUntil((player) => player.frame === 0);
-  await page.page.locator("quarc-player canvas.view").focus();
-  for (const [speed, key, expectedSpeed] of [["3", ">", 4], ["3", "<", 2], ["8", ">", 8], ["8", "<", 4], ["0.1", "<", 0.1]] as const) {
-    await page.run((player, text) => player.setAttribute("speed", text), speed);
-    await page.page.keyboard.press(key);
-    assert.equal(await page.run(({ player }) => player?.speed), expectedSpeed, `${key} at ${speed}`);
-  }
-});
-
-browserTest("a key that is held repeats steps and changes of the speed, but no other action", async () => {
-  await using page = await PlayerPage.open({ attributes: 'speed="0.25"' });
-  await page.waitUntil((player) => player.frame === 0);
-  const { keyboard } = page.page;
-  const hold = async (key: string): Promise<void> => {
-    for (let count = 0; count < 4; count++) await keyboard.down(key); // the second and the later events are repeats
-    await keyboard.up(key);
-  };
-  const readState = (): Promise<unknown[]> =>
-    page.run(({ player, isPlaying }) => [isPlaying, player?.loop, player?.speed, player?.targetFrame]);
-  await page.page.locator("quarc-player canvas.view").focus();
-  for (const key of ["l", ">"]) await hold(key);
-  assert.deepEqual(await readState(), [false, true, 4, 0]);
-  await hold(".");
-  await page.waitUntil((player) => player.frame === 4);
-  await hold(",");
-  assert.deepEqual(await readState(), [false, true, 4, 0]);
-  await hold("Space");
-  assert.equal((await readState())[0], true);
-  for (const key of ["Enter", "Space"]) {
-    await page.page.locator("quarc-player #play").focus();
-    const wasPlaying = (await readState())[0];
-    await hold(key);
-    assert.equal((await readState())[0], !wasPlaying, key);
-  }
-  await page.page.locator("quarc-player #forward").focus();
-  await page.run((player) => player.pause());
-  await page.setFrame(0);
-  await hold("Enter");
-  await page.waitUntil((player) => player.frame === 4);
-});
-
 browserTest("the list of speeds shows a speed that is not one of its own", async () => {
   await using page = await PlayerPage.open({ attributes: 'speed="3"' });
   await page.waitUntil((player) => player.frame === 0);
@@ -164,7 +93,7 @@ browserTest("dragging, the wheel and arrow keys move the view, and the list retu
     await page.waitUntil((player) => player.player?.camera === null);
     await page.page.waitForFunction(`document.querySelector("quarc-player").shadowRoot.querySelector("#camera").value === ""`);
     await select.selectOption("front");
-    assert.equal(await readCamera(page), "front");
+    assert.equal(await page.run(({ player }) => player?.camera), "front");
   }
 });
 

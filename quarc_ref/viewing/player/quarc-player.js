@@ -14,14 +14,14 @@ canvas.view { position: absolute; inset: 0; width: 100%; height: 100%; display: 
   cursor: grab; background: #000; }
 .poster { position: absolute; inset: 0; width: 100%; height: 100%; object-fit: contain; background: #000; pointer-events: none; }
 canvas.view:active { cursor: grabbing; }
-canvas.view:focus-visible { box-shadow: inset 0 0 0 2px var(--accent); }
+canvas.view:focus-visible { outline: 2px solid var(--accent); outline-offset: -2px; }
 .bar { overflow-y: auto; background: #14171c; border-top: 1px solid #23282f; padding: 8px 12px 8px;
   padding-bottom: max(8px, env(safe-area-inset-bottom)); }
 .timeline { position: relative; height: 34px; border-radius: 4px; }
 .timeline canvas { position: absolute; inset: 0; width: 100%; height: 100%; }
 .timeline input { position: absolute; inset: 0; width: 100%; height: 100%; margin: 0; opacity: 0; cursor: pointer; }
-.timeline:focus-within { box-shadow: 0 0 0 2px var(--accent); }
-.timeline:not(:has(input:focus-visible)) { box-shadow: none; }
+.timeline:focus-within { outline: 2px solid var(--accent); }
+.timeline:not(:has(input:focus-visible)) { outline: none; }
 .row { display: flex; align-items: center; gap: 2px; margin-top: 6px; flex-wrap: wrap; }
 button { all: unset; box-sizing: border-box; width: 36px; height: 36px; padding: 8px; border-radius: 6px;
   color: #aeb6c2; cursor: pointer; transition: background .12s, color .12s; }
