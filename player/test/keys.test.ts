@@ -53,6 +53,23 @@ browserTest("the focus can be seen in high contrast, which has no shadows", asyn
   }
 });
 
+browserTest("the keys that fly are released when the key Meta is, because macOS does not tell it", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  await page.page.locator("quarc-player canvas.view").focus();
+  for (const key of ["w", "Meta"]) await page.page.keyboard.down(key);
+  await page.page.keyboard.up("Meta");
+  const moves = await page.run(async (player) => {
+    let moves = 0;
+    const nextDrawing = (): Promise<number> => new Promise((resolve) => requestAnimationFrame(resolve));
+    for (let count = 0; count < 2; count++) await nextDrawing();
+    player.addEventListener("view", () => (moves += 1));
+    for (let count = 0; count < 3; count++) await nextDrawing();
+    return moves;
+  });
+  assert.equal(moves, 0);
+});
+
 browserTest("keys change a speed that is not in the list to the next speed of the list", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);

@@ -50,7 +50,7 @@ export class Controls {
     canvas.addEventListener("wheel", (event) => this.#handleWheel(event), { signal, passive: false });
     canvas.addEventListener("contextmenu", (event) => event.preventDefault(), { signal });
     canvas.addEventListener("keydown", (event) => this.#handleKeyDown(event), { signal });
-    canvas.addEventListener("keyup", (event) => this.#pressedKeys.delete(event.code), { signal });
+    canvas.addEventListener("keyup", (event) => this.#handleKeyUp(event), { signal });
     canvas.addEventListener("blur", () => this.#pressedKeys.clear(), { signal });
   }
 
@@ -118,6 +118,12 @@ export class Controls {
     else return;
     event.preventDefault();
     event.stopPropagation();
+  }
+
+  /** While the key Meta is pressed, macOS does not tell that other keys are released. */
+  #handleKeyUp({ key, code }: KeyboardEvent): void {
+    if (key === "Meta") this.#pressedKeys.clear();
+    else this.#pressedKeys.delete(code);
   }
 
   #startFlight(key: string): void {
