@@ -1,0 +1,188 @@
+/** Opening streams by the element and by programs: addresses, bytes, first frames and cameras. */
+
+import assert from "node:assert/strict";
+import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+import type { StreamError } from "../src/stream-error.js";
+import { readVector } from "./server.js";
+
+
+browserTest("opening at a frame shows no other frame before it", async () => {
+  await using page = await PlayerPage.open({ attributes: null, bitsPerSecond: 1e6 });
+  const shown = await page.page.evaluate(async () => {
+    const player = document.createElement("quarc-player") as PlayerElement;
+    const [frames, previews]: [(number | null)[], Event[]] = [[], []];
+    player.addEventListener("frame", () => frames.push(player.frame));
+    player.addEventListener("preview", (event) => previews.push(event));
+    player.setAttribute("src", "stream.quarc");
+    player.setAttribute("frame", "15");
+    document.body.append(player);
+    const isDone = (): boolean => frames.length > 0 && player.info?.frameCount === 24; // the index has been read
+    while (!isDone()) await new Promise((resolve) => setTimeout(resolve, 20));
+    const { cameras = [], metadata = {} } = player.info ?? {};
+    return { frames, previews: previews.length, cameras: cameras.length, title: metadata["title"] };
+  });
+  assert.deepEqual(shown, { frames: [15], previews: 0, cameras: 3, title: "a ball in a room" });
+});
+
+browserTest("frameworks that set properties instead of attributes can set the first frame", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const frames = await page.page.evaluate(async () => {
+    const player = document.createElement("quarc-player");
+    player.setAttribute("src", "stream.quarc");
+    for (const frame of [1, null, "15"]) player.frame = frame;
+    const shown = new Promise<number>((resolve) => player.addEventListener("frame", ({ detail }) => resolve(detail.frame)));
+    document.body.append(player);
+    return [await shown, player.frame];
+  });
+  assert.deepEqual(frames, [15, 15]);
+});
+
+browserTest("cameras after the first frame replace the cameras, and the view if it has not been moved", async () => {
+  for (const isMoved of [false, true]) {
+    await using page = await PlayerPage.open({ stream: readVector("streams/cameras-and-metadata"), attributes: null });
+    const cameras = await page.page.evaluate(async (isMoved) => {
+      const { Player } = await import(`${location.origin}/quarc-player.js`);
+      const player = new Player(document.body.appendChild(document.createElement("canvas")));
+      const states: unknown[] = [];
+      player.addEventListener("info", () => states.push([player.cameras.length, player.camera]));
+      let isFirst = true;
+      player.onDecoded(() => {
+        if (isMoved && isFirst) player.flip();
+        isFirst = false;
+      });
+      await player.open({ url: "stream.quarc" });
+      await player.setFrame(1);
+      while (states.length < 3) await new Promise((resolve) => setTimeout(resolve, 20));
+      return states;
+    }, isMoved);
+    const camera = isMoved ? null : "left";
+    assert.deepEqual(cameras, [[2, "left"], [2, camera], [1, camera]]);
+  }
+});
+
+browserTest("an element that has opened bytes can be moved, and then opens its src", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const frames = await page.page.evaluate(async () => {
+    const player = document.body.appendChild(document.createElement("quarc-player")) as PlayerElement;
+    const nextFrame = (): Promise<number> =>
+      new Promise((resolve) => player.addEventListener("frame", ({ detail }) => resolve(detail.frame), { once: true }));
+    player.open({ bytes: await (await fetch("stream.quarc")).arrayBuffer() });
+    const first = await nextFrame();
+    document.body.append(player); // neither an error nor a stream
+    const between = player.info;
+    player.remove();
+    player.open({ url: "missing.quarc" });
+    player.setAttribute("src", "stream.quarc"); // replaces the source, although the element is not on the page
+    document.body.append(player);
+    return [first, between, await nextFrame()];
+  });
+  assert.deepEqual(frames, [0, null, 0]);
+});
+
+browserTest("bytes that were opened before are an error, after which the open stream still plays", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const results = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const bytes = await (await fetch("stream.quarc")).arrayBuffer();
+    await player.open({ bytes });
+    try {
+      return [await player.open({ bytes })];
+    } catch (error) {
+      return [(error as Error).name, player.isWaiting, await player.setFrame(5)];
+    }
+  });
+  assert.deepEqual(results, ["DataCloneError", false, 5]);
+});
+
+browserTest("programs can open relative addresses, like the attribute src", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const frames = await page.page.evaluate(async () => {
+    const { Player, readFrames } = await import(`${location.origin}/quarc-player.js`);
+    const base = document.head.appendChild(document.createElement("base"));
+    base.href = "/folder/";
+    const url = "../stream.quarc";
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    await player.open({ url });
+    const element = document.body.appendChild(document.createElement("quarc-player")) as PlayerElement;
+    element.open({ url });
+    await new Promise((resolve) => element.addEventListener("frame", resolve, { once: true }));
+    const { value } = await readFrames({ url }).next();
+    return [player.frame, element.frame, value.frame];
+  });
+  assert.deepEqual(frames, [0, 0, 0]);
+});
+
+browserTest("an address that is invalid is a network error", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const kind = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    return player.open({ url: "http://[" }).catch(({ fault }: StreamError) => fault.kind);
+  });
+  assert.equal(kind, "network");
+});
+
+browserTest("a stream that replaces another also settles its promise, and shows no frame of it", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const [frames, titles] = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const url = `${location.origin}/stream.quarc`;
+    const opened = [player.open({ url }, { frame: 5 })];
+    const frames: number[] = [];
+    player.addEventListener("frame", ({ detail }: CustomEvent<{ frame: number }>) => frames.push(detail.frame));
+    let next = (): void => {
+      next = (): void => undefined;
+      queueMicrotask(() => opened.push(player.open({ url }))); // while the frame is being sorted
+    };
+    player.onDecoded(({ frame }: { frame: number }) => (frame === 5 ? next() : undefined));
+    while (frames.length === 0) await new Promise((resolve) => setTimeout(resolve, 20));
+    return [frames, (await Promise.all(opened)).map(({ metadata }) => metadata.title)];
+  });
+  assert.deepEqual([frames, titles], [[0], ["a ball in a room", "a ball in a room"]]);
+});
+
+browserTest("a program draws on its own canvas, and receives errors", async () => {
+  await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
+  const picture = await page.page.evaluate(async () => {
+    const { Player, StreamError } = await import(`${location.origin}/quarc-player.js`);
+    const canvas = document.body.appendChild(document.createElement("canvas"));
+    const nextDrawing = (): Promise<number> => new Promise((resolve) => requestAnimationFrame(resolve));
+    const previous = new Player(canvas);
+    await previous.open({ url: `${location.origin}/stream.quarc` });
+    await nextDrawing();
+    previous.dispose(); // another player can use the canvas
+    const player = new Player(canvas);
+    const info = await player.open({ url: `${location.origin}/stream.quarc` });
+    previous.flip(); // draws nothing
+    await nextDrawing();
+    player.speed = 2;
+    player.seek(0.5);
+    while (player.frame !== 15) await new Promise((resolve) => setTimeout(resolve, 20));
+    const { statistics, currentTime, duration, camera, cameras } = player;
+    player.camera = "side";
+    const names = [camera, player.camera, cameras.length];
+    const fault = await player.open({ url: `${location.origin}/missing.quarc` }).catch((error: unknown) => {
+      if (!(error instanceof StreamError)) throw error;
+      return (error as { fault: unknown }).fault;
+    });
+    const laterStatistics = player.statistics; // not those of the stream before
+    const lost = player.takePicture(cameras[0]).catch((error: Error) => error.name);
+    player.dispose();
+    player.dispose(); // does nothing
+    const disposed = player.takePicture(cameras[0]).catch((error: Error) => error.name);
+    const pictures = [await lost, await disposed];
+    return { title: info.metadata.title, statistics, currentTime, duration, names, fault, laterStatistics, pictures };
+  });
+  assert.equal(picture.title, "a ball in a room");
+  assert.deepEqual([picture.currentTime, picture.duration], [0.5, 0.8]);
+  assert.deepEqual(picture.names, ["front", "side", 3]);
+  const { gaussians, bufferedFrames, decodeMs, sortMs, receivedBytes, frameBytes } = picture.statistics;
+  assert.ok(gaussians > 3000 && bufferedFrames >= 0 && decodeMs > 0 && sortMs > 0);
+  assert.ok(receivedBytes > 60_000);
+  assert.equal(frameBytes, null, "the size is unknown directly after a seek");
+  assert.deepEqual([picture.fault.kind, picture.fault.rejectId], ["network", null]);
+  assert.deepEqual(picture.pictures, ["DrawingError", "DrawingError"]);
+  assert.equal(picture.laterStatistics, null);
+});
