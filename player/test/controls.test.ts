@@ -55,6 +55,19 @@ browserTest("a canvas to which the page gives no size keeps its size", async () 
   assert.deepEqual(sizes, [300, 150, 300 * PIXEL_RATIO, 150 * PIXEL_RATIO]);
 });
 
+browserTest("a canvas that is not on the page keeps its resolution", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const sizes = await page.page.evaluate(async () => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const canvas = Object.assign(document.createElement("canvas"), { width: 320, height: 240 });
+    const player = new Player(canvas);
+    await player.open({ url: "stream.quarc" });
+    for (let count = 0; count < 2; count++) await new Promise((resolve) => requestAnimationFrame(resolve));
+    return [canvas.width, canvas.height];
+  });
+  assert.deepEqual(sizes, [320, 240]);
+});
+
 browserTest("the list of speeds shows a speed that is not one of its own", async () => {
   await using page = await PlayerPage.open({ attributes: 'speed="3"' });
   await page.waitUntil((player) => player.frame === 0);

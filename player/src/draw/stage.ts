@@ -234,9 +234,13 @@ export class Stage {
     return { eye: resizeEye(eye, size.width, size.height), viewport };
   }
 
-  /** Give the canvas the resolution of the screen, but at most MAX_PIXELS pixels. */
+  /**
+   * Give the canvas the resolution of the screen, but at most MAX_PIXELS pixels. A canvas that is not on the page, such as
+   * the image of a texture, keeps its resolution.
+   */
   #fitCanvas(): void {
     const canvas = this.#canvas;
+    if (!canvas.isConnected) return;
     const { clientWidth, clientHeight } = canvas;
     const maxScale = Math.sqrt(MAX_PIXELS / Math.max(1, clientWidth * clientHeight));
     const scale = Math.min(devicePixelRatio, maxScale);
