@@ -38,7 +38,7 @@ export class Player extends PlayerState {
   #wasPlaying = false;
   #decodedListener: ((packet: FramePacket) => void) | null = null;
 
-  /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2. */
+  /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2, or `dispose` has released the canvas. */
   constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
     super();
     this.#stage = new Stage(canvas, makeSorter, {
@@ -124,7 +124,7 @@ export class Player extends PlayerState {
 
   /**
    * Stop the workers, release the graphics memory, and reject all pending promises. The player cannot be used
-   * afterwards; promises of later calls reject, too.
+   * afterwards; promises of later calls reject, too. Another player can use the canvas only if it is on the page now.
    */
   dispose(): void {
     this.pause();

@@ -143,6 +143,22 @@ browserTest("a stream that replaces another also settles its promise, and shows 
   assert.deepEqual([frames, titles], [[0], ["a ball in a room", "a ball in a room"]]);
 });
 
+browserTest("a canvas whose context was released cannot get another player", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const error = await page.page.evaluate(async () => {
+    const { Player, DrawingError } = await import(`${location.origin}/quarc-player.js`);
+    const canvas = document.createElement("canvas");
+    new Player(canvas).dispose(); // the canvas is not on the page
+    document.body.append(canvas);
+    try {
+      return String(new Player(canvas));
+    } catch (error) {
+      return `${error instanceof DrawingError}: ${(error as Error).message}`;
+    }
+  });
+  assert.equal(error, "true: the graphics context of this canvas was released by dispose()");
+});
+
 browserTest("a program draws on its own canvas, and receives errors", async () => {
   await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
   const picture = await page.page.evaluate(async () => {

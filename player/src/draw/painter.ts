@@ -167,9 +167,18 @@ export class Painter {
 
 const countInstances = (splatCount: number): number => Math.ceil(splatCount / INSTANCE_SPLATS);
 
-/** Return the WebGL2 context of a canvas. Throws DrawingError if the browser has no WebGL2. */
+const releasedCanvases = new WeakSet<HTMLCanvasElement>();
+
+/** Return the WebGL2 context of a canvas. Throws DrawingError if the browser has no WebGL2, or the context was released. */
 export function openContext(canvas: HTMLCanvasElement): WebGL2RenderingContext {
+  if (releasedCanvases.has(canvas)) throw new DrawingError("the graphics context of this canvas was released by dispose()");
   const gl = canvas.getContext("webgl2", CONTEXT_ATTRIBUTES);
   if (gl === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
   return gl;
+}
+
+/** Release the context of a canvas for ever, because browsers have few of them. */
+export function releaseContext(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext): void {
+  releasedCanvases.add(canvas);
+  gl.getExtension("WEBGL_lose_context")?.loseContext();
 }

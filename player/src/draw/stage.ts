@@ -7,7 +7,7 @@
 
 import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
 import { eyeAxis, fitArea, resizeEye, widenEye, type Eye } from "./eye.js";
-import { openContext, Painter, type PlacedPicture } from "./painter.js";
+import { openContext, Painter, releaseContext, type PlacedPicture } from "./painter.js";
 import { takePicture, type PixelFormat } from "./picture.js";
 import { DrawingError } from "./programs.js";
 import { onScreenResize } from "./screen-size.js";
@@ -156,7 +156,7 @@ export class Stage {
     this.#painter?.dispose();
     this.#painter = null; // so that nothing draws on the canvas any more
     // A canvas on the page may get another player, which would receive the lost context.
-    if (!this.#canvas.isConnected) this.#gl.getExtension("WEBGL_lose_context")?.loseContext();
+    if (!this.#canvas.isConnected) releaseContext(this.#canvas, this.#gl);
   }
 
   #requestSort(request: SortRequest, handleReply: HandleSortReply): void {
