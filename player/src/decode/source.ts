@@ -8,6 +8,7 @@ const RETRY_PAUSE_MS = 100;
 const MAX_RETRY_PAUSE_MS = 3200;
 const STALL_MS = 15_000; // without a byte, after which a connection counts as broken
 const LIVE_POLL_MS = 500;
+const TEMPORARY_STATUSES = [408, 425, 429]; // Request Timeout, Too Early, Too Many Requests
 
 /** A stream cannot be received. */
 export class NetworkError extends Error {
@@ -105,7 +106,7 @@ export class HttpSource {
     const range = headers.get("Content-Range"); // null also if a server on another origin does not expose it
     const [, begin, total] = /^bytes (?:(\d+)-\d+|\*)\/(\d+|\*)$/.exec(range ?? "") ?? [];
     const isPart = status === 206;
-    if (status >= 500) throw new TypeError(`the server answered ${status}`); // is retried
+    if (status >= 500 || TEMPORARY_STATUSES.includes(status)) throw new TypeError(`the server answered ${status}`); // is retried
     if (isPart ? range !== null && Number(begin) !== requestedOffset : status !== 200 && status !== 416) {
       this.#fail(`the server answered ${isPart ? "with a range that was not requested" : status}`);
     }
