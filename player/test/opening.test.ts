@@ -5,7 +5,6 @@ import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import type { StreamError } from "../src/stream-error.js";
 import { readVector } from "./server.js";
 
-
 browserTest("opening at a frame shows no other frame before it", async () => {
   await using page = await PlayerPage.open({ attributes: null, bitsPerSecond: 1e6 });
   const shown = await page.page.evaluate(async () => {
@@ -35,6 +34,22 @@ browserTest("frameworks that set properties instead of attributes can set the fi
     return [await shown, player.frame];
   });
   assert.deepEqual(frames, [15, 15]);
+});
+
+browserTest("an empty src opens nothing", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const errors = await page.page.evaluate(async () => {
+    const [empty, full] = ["", "stream.quarc"].map((src) => {
+      const player = document.createElement("quarc-player");
+      player.setAttribute("src", src);
+      return document.body.appendChild(player);
+    });
+    const errors: unknown[] = [];
+    empty?.addEventListener("error", ({ detail }) => errors.push(detail));
+    await new Promise((resolve) => full?.addEventListener("frame", resolve, { once: true }));
+    return errors;
+  });
+  assert.deepEqual(errors, []);
 });
 
 browserTest("cameras after the first frame replace the cameras, and the view if it has not been moved", async () => {

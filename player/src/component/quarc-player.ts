@@ -142,7 +142,7 @@ export class QuarcPlayer extends HTMLElement {
 
   #open(): void {
     const session = this.#session;
-    const url = this.getAttribute("src");
+    const url = this.getAttribute("src") || null; // pages without a stream yet may set ""
     const isLive = this.hasAttribute("live");
     const source = this.#source ?? (url === null ? null : { url, isLive });
     if (session === null || source === null) return;
