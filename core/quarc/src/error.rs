@@ -71,7 +71,14 @@ pub enum Reject {
 }
 
 impl Reject {
-    /// The stable id of SPEC 3.3.
+    /// The stable id of SPEC 3.3, which `Display` writes, too.
+    ///
+    /// ```
+    /// use quarc::error::Reject;
+    ///
+    /// assert_eq!(Reject::BadMagic.id(), "bad-magic");
+    /// assert_eq!(format!("{:>10}", Reject::BadMagic), " bad-magic");
+    /// ```
     #[must_use]
     pub const fn id(self) -> &'static str {
         match self {
@@ -105,6 +112,12 @@ impl Reject {
             Reject::ParentRange => "parent-range",
             Reject::StateCrc => "state-crc",
         }
+    }
+}
+
+impl fmt::Display for Reject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.id())
     }
 }
 
@@ -166,10 +179,10 @@ impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Error::Rejected { reject, message, offset: Some(place) } => {
-                write!(f, "{} at byte {place}: {message}", reject.id())
+                write!(f, "{reject} at byte {place}: {message}")
             }
             Error::Rejected { reject, message, offset: None } => {
-                write!(f, "{}: {message}", reject.id())
+                write!(f, "{reject}: {message}")
             }
             Error::Limit(message) | Error::Encode(message) | Error::Source(message) => {
                 f.write_str(message)
