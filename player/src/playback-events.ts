@@ -6,7 +6,10 @@ import type { FramePacket, PlayerFault, StreamInfo } from "./protocol.js";
 export interface Screen {
   readonly isBusy: boolean;
   begin(info: StreamInfo): void;
-  show(packet: FramePacket): void;
+  /** Show a frame; its Gaussians move there from the previous frame in `motionMs`. */
+  show(packet: FramePacket, motionMs?: number): void;
+  /** End the motion to the current frame. */
+  finishMotion(): void;
 }
 
 export interface PlaybackEvents {

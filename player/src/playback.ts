@@ -141,6 +141,7 @@ export class Playback {
   pause(): void {
     if (!this.#isPlaying) return;
     this.#isPlaying = false;
+    this.#screen.finishMotion();
     this.#events.onState();
   }
 
@@ -287,10 +288,11 @@ export class Playback {
     const now = performance.now();
     const isLate = now - this.#dueTime > durationMs;
     if (isLate && this.#isPlaying && !this.#isBeforeFirstFrame) this.lateFrames += 1;
+    const isSlowMotion = this.#isPlaying && this.speed < 1 && !this.#isBeforeFirstFrame;
     this.#dueTime = isLate || this.#isBeforeFirstFrame ? now + durationMs : this.#dueTime + durationMs;
     this.#isBeforeFirstFrame = false;
     this.#pendingSteps = Math.max(0, this.#pendingSteps - 1);
-    this.#screen.show(packet);
+    this.#screen.show(packet, isSlowMotion ? durationMs : 0);
     this.#link.allowFrames(1);
   }
 

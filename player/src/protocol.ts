@@ -91,6 +91,8 @@ export interface FramePacket {
   readonly codes: Int16Array;
   /** [F] slots whose Gaussians were deleted and which no birth reused, ascending. */
   readonly freedSlots: Uint32Array;
+  /** [B] slots whose Gaussians were born in this frame, ascending; empty if `isFull`. */
+  readonly bornSlots: Uint32Array;
   /** Size of the frame in the stream, bytes; null if unknown, such as directly after a seek. */
   readonly bytes: number | null;
   /** Decode time in the worker, milliseconds. */

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFrames, StreamError } from "../src/decode/index.js";
-import { QuarcModule } from "../src/decode/quarc.js";
+import { QuarcModule, type FrameState } from "../src/decode/quarc.js";
 import type { StreamSource } from "../src/protocol.js";
 import { digestState, FrameRebuilder } from "./frame-rebuilder.js";
 
@@ -12,16 +12,21 @@ export interface DecodedFrame {
 }
 
 /** Digest the states that the decoder returns. The tests of core/ compare its states with the conformance suite. */
-export async function decodeDirectly(stream: Uint8Array): Promise<DecodedFrame[]> {
+export function decodeDirectly(stream: Uint8Array): Promise<DecodedFrame[]> {
+  return mapStates(stream, (state) => ({ frame: state.frame, digest: digestState(state) }));
+}
+
+/** Decode a stream, and return the results of a function for all states, which are only valid during its call. */
+export async function mapStates<T>(stream: Uint8Array, describe: (state: FrameState) => T): Promise<T[]> {
   const decoder = (await QuarcModule.load()).open(0);
   decoder.put(0, stream);
   decoder.setLength(stream.length);
-  const frames: DecodedFrame[] = [];
+  const results: T[] = [];
   for (let state = decoder.decodeNext(); state !== "end" && state !== null; state = decoder.decodeNext()) {
-    frames.push({ frame: state.frame, digest: digestState(state) });
+    results.push(describe(state));
   }
   decoder.close();
-  return frames;
+  return results;
 }
 
 export async function readSource(source: StreamSource, startFrame = 0): Promise<DecodedFrame[]> {

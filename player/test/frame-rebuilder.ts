@@ -14,7 +14,7 @@ export class FrameRebuilder {
       this.#motion.clear();
       this.#codes.clear();
     }
-    for (const slot of packet.freedSlots) {
+    for (const slot of [...packet.freedSlots, ...packet.bornSlots]) {
       this.#motion.delete(slot);
       this.#codes.delete(slot);
     }

@@ -5,7 +5,7 @@ import { test } from "node:test";
 import { DecodeService } from "../src/decode/decode-service.js";
 import { readFrames } from "../src/decode/index.js";
 import type { DecodeReply, FramePacket, StreamInfo, StreamSource } from "../src/protocol.js";
-import { decodeDirectly, expectFault, readSource } from "./decoded-frames.js";
+import { decodeDirectly, expectFault, mapStates, readSource } from "./decoded-frames.js";
 import { readVector, StreamServer } from "./server.js";
 
 const STREAMS = ["journey", "births-and-deaths", "snapshots-journey", "updates-journey", "sh-degree-0"];
@@ -30,6 +30,17 @@ for (const name of STREAMS) {
     }
   });
 }
+
+test("packets list the slots of births", async () => {
+  const stream = readVector("streams/births-and-deaths");
+  const ids = await mapStates(stream, (state) => new Set(state.ids));
+  const birthCounts = ids.map((frameIds, frame) => [...frameIds].filter((id) => frame > 0 && !ids[frame - 1]?.has(id)).length);
+  assert.ok(Math.max(...birthCounts) > 0);
+  const bornSlots: Uint32Array[] = [];
+  for await (const packet of readFrames(makeMemorySource(stream))) bornSlots.push(packet.bornSlots);
+  assert.deepEqual(bornSlots.map((slots) => new Set(slots).size), birthCounts);
+  for (const slots of bornSlots) assert.deepEqual(slots, slots.slice().sort());
+});
 
 test("errors have a kind, and a reject id if the stream is invalid", async () => {
   const stream = readVector("streams/journey");

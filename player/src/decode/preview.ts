@@ -45,7 +45,7 @@ export class Preview {
       ...{ movedSlots: slots, positions: this.estimateSizes(state).positions.slice() },
       rotations: interleave(new Int32Array(4 * count), rotations),
       ...{ codedSlots: slots.slice(), codes: this.#fillCodes(state, sections, steps) },
-      ...{ freedSlots: new Uint32Array(0), bytes: null, isCanonical: true },
+      ...{ freedSlots: new Uint32Array(0), bornSlots: new Uint32Array(0), bytes: null, isCanonical: true },
     };
   }
 

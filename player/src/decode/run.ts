@@ -240,8 +240,8 @@ export class Run {
   }
 
   #postPacket(packet: FramePacket): void {
-    const { movedSlots, positions, rotations, codedSlots, codes, freedSlots } = packet;
-    const arrays = [movedSlots, positions, rotations, codedSlots, codes, freedSlots];
+    const { movedSlots, positions, rotations, codedSlots, codes, freedSlots, bornSlots } = packet;
+    const arrays = [movedSlots, positions, rotations, codedSlots, codes, freedSlots, bornSlots];
     this.#post({ kind: "frame", packet }, arrays.map(({ buffer }) => buffer as ArrayBuffer));
   }
 

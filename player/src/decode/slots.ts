@@ -39,10 +39,14 @@ export class SlotTracker {
       ...{ frame: state.frame, ...metadata, isFull: this.#isNextFull, isPreview: false },
       ...{ count: state.count, slotLimit: this.#slotLimit, isCanonical: state.phase === 0 },
       ...{ movedSlots, ...gatherMotion(this.#knownMotion, movedSlots) },
-      ...{ codedSlots, codes: gatherCodes(this.#knownCodes, codedSlots), freedSlots },
+      ...{ codedSlots, codes: gatherCodes(this.#knownCodes, codedSlots), freedSlots, bornSlots: this.#listBornSlots() },
     };
     this.#isNextFull = false;
     return packet;
+  }
+
+  #listBornSlots(): Uint32Array {
+    return this.#isNextFull ? new Uint32Array(0) : Uint32Array.from(this.#birthRows, (row) => this.#slotByRow[row] as number).sort();
   }
 
   #updateCodes({ phase, codes }: FrameState, hasUpdates: boolean): void {

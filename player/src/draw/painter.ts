@@ -51,6 +51,8 @@ export class Painter {
   readonly #vertexArray: WebGLVertexArrayObject;
   readonly #uniforms = new Map<string, WebGLUniformLocation | null>();
   #splatCount = 0;
+  /** How far Gaussians have moved to the current frame: 0 is the previous frame, which `apply` must have kept. */
+  progress = 1;
   /** The cameras of the capture, to which the magnification of pictures is relative. */
   captureCameras: readonly CaptureCamera[];
 
@@ -69,9 +71,9 @@ export class Painter {
     this.#setSteps(info);
   }
 
-  /** Upload the changes of a frame; this does not draw the frame. */
-  apply(packet: FramePacket): void {
-    this.#slotTextures.apply(packet);
+  /** Upload the changes of a frame, and possibly keep the previous frame; this does not draw the frame. */
+  apply(packet: FramePacket, keepsPast: boolean): void {
+    this.#slotTextures.apply(packet, keepsPast);
   }
 
   /** Set the slots to draw, farthest first. */
@@ -154,6 +156,7 @@ export class Painter {
     gl.uniform3fv(this.#findUniform("captureCenter"), magnification.center);
     gl.uniform1f(this.#findUniform("nearest"), NEAR_FRACTION * eye.near);
     gl.uniform1ui(this.#findUniform("count"), this.#splatCount);
+    gl.uniform1f(this.#findUniform("progress"), this.progress);
   }
 
   #findUniform(name: string): WebGLUniformLocation | null {

@@ -32,35 +32,48 @@ export class SlotTextures {
   readonly #gl: WebGL2RenderingContext;
   readonly #motionLayer: Layer;
   readonly #codeLayer: Layer;
+  readonly #pastLayer: Layer; // the motion layer before the current frame
   #rowCount = 0;
 
   constructor(gl: WebGL2RenderingContext, shDegree: number) {
     this.#gl = gl;
     this.#motionLayer = makeLayer(gl, gl.RGBA32I, gl.INT, [3, 4], true);
     this.#codeLayer = makeLayer(gl, gl.RGBA16I, gl.SHORT, shDegree > 0 ? [4, 4, 4, 4] : [4, 3], false);
+    this.#pastLayer = makeLayer(gl, gl.RGBA32I, gl.INT, [3, 4], true);
   }
 
-  /** The textures of positions, of rotations, and of the codes, which have four codes each. */
+  /** The textures of positions, rotations, positions and rotations before the frame, and codes, with four codes each. */
   get textures(): readonly WebGLTexture[] {
-    return [...this.#motionLayer.textures, ...this.#codeLayer.textures];
+    return [...this.#motionLayer.textures, ...this.#pastLayer.textures, ...this.#codeLayer.textures];
   }
 
-  /** Upload the changes of a frame. */
-  apply(packet: FramePacket): void {
+  /**
+   * Upload the changes of a frame. With `keepsPast`, the positions and rotations before the frame are kept as well; those
+   * of births are the same as in the frame.
+   */
+  apply(packet: FramePacket, keepsPast: boolean): void {
     this.#reserve(packet.slotLimit, !packet.isFull);
+    if (keepsPast) {
+      this.#pastLayer.textures.forEach((texture, index) => copyRows(this.#gl, this.#motionLayer, index, texture, this.#rowCount));
+      this.#write(this.#pastLayer, packet.bornSlots, gatherMotion(packet, packet.bornSlots));
+    }
     this.#write(this.#motionLayer, packet.movedSlots, [packet.positions, packet.rotations]);
     this.#write(this.#codeLayer, packet.codedSlots, [packet.codes]);
   }
 
   dispose(): void {
     const gl = this.#gl;
-    for (const layer of [this.#motionLayer, this.#codeLayer]) {
+    for (const layer of this.#layers) {
       for (const texture of layer.textures) gl.deleteTexture(texture);
       for (const buffer of [layer.slotBuffer, ...layer.valueBuffers]) gl.deleteBuffer(buffer);
       gl.deleteFramebuffer(layer.framebuffer);
       gl.deleteVertexArray(layer.vertices);
       gl.deleteProgram(layer.program);
     }
+  }
+
+  get #layers(): readonly Layer[] {
+    return [this.#motionLayer, this.#pastLayer, this.#codeLayer];
   }
 
   #write(layer: Layer, slots: Uint32Array, values: readonly ArrayBufferView[]): void {
@@ -92,9 +105,7 @@ export class SlotTextures {
       throw new DrawingError(`the stream needs ${slotLimit} slots, more than this graphics card supports`);
     }
     const rows = Math.min(maxRows, Math.max(neededRows, Math.ceil(1.5 * this.#rowCount)));
-    for (const layer of [this.#motionLayer, this.#codeLayer]) {
-      enlarge(this.#gl, layer, rows, keepsContents ? this.#rowCount : 0);
-    }
+    for (const layer of this.#layers) enlarge(this.#gl, layer, rows, keepsContents ? this.#rowCount : 0);
     this.#rowCount = rows;
   }
 }
@@ -154,11 +165,7 @@ function enlarge(gl: WebGL2RenderingContext, layer: Layer, rows: number, copiedR
     gl.texStorage2D(gl.TEXTURE_2D, 1, layer.format, ROW_SLOTS, rows);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
     gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
-    if (copiedRows > 0) {
-      gl.bindFramebuffer(gl.READ_FRAMEBUFFER, layer.framebuffer);
-      gl.readBuffer(gl.COLOR_ATTACHMENT0 + index);
-      gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, ROW_SLOTS, copiedRows);
-    }
+    if (copiedRows > 0) copyRows(gl, layer, index, texture, copiedRows);
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, framebuffer);
     const attachment = gl.COLOR_ATTACHMENT0 + index;
     gl.framebufferTexture2D(gl.DRAW_FRAMEBUFFER, attachment, gl.TEXTURE_2D, texture, 0);
@@ -174,6 +181,26 @@ function enlarge(gl: WebGL2RenderingContext, layer: Layer, rows: number, copiedR
   gl.deleteFramebuffer(layer.framebuffer);
   layer.textures = textures;
   layer.framebuffer = framebuffer;
+}
+
+/** Copy the first rows of a texture of a layer to another texture. */
+function copyRows(gl: WebGL2RenderingContext, layer: Layer, index: number, texture: WebGLTexture, rows: number): void {
+  gl.bindFramebuffer(gl.READ_FRAMEBUFFER, layer.framebuffer);
+  gl.readBuffer(gl.COLOR_ATTACHMENT0 + index);
+  gl.bindTexture(gl.TEXTURE_2D, texture);
+  gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, ROW_SLOTS, rows);
+}
+
+/** Return the positions and rotations of some of the slots that a packet moves; both lists are ascending. */
+function gatherMotion({ movedSlots, positions, rotations }: FramePacket, slots: Uint32Array): [Int32Array, Int32Array] {
+  const [somePositions, someRotations] = [new Int32Array(3 * slots.length), new Int32Array(4 * slots.length)];
+  let row = 0;
+  slots.forEach((slot, index) => {
+    row = movedSlots.indexOf(slot, row);
+    somePositions.set(positions.subarray(3 * row, 3 * row + 3), 3 * index);
+    someRotations.set(rotations.subarray(4 * row, 4 * row + 4), 4 * index);
+  });
+  return [somePositions, someRotations];
 }
 
 function upload(gl: WebGL2RenderingContext, buffer: WebGLBuffer, data: ArrayBufferView): void {

@@ -7,7 +7,7 @@ export const INSTANCE_SPLATS = 16;
 
 /** Names of the samplers of the vertex shader, in the order of their texture units. */
 export function samplerNames(shDegree: number): readonly string[] {
-  const names = ["positions", "rotations", "shapes", "base"];
+  const names = ["positions", "rotations", "pastPositions", "pastRotations", "shapes", "base"];
   return shDegree > 0 ? [...names, "rest0", "rest1"] : names;
 }
 
@@ -28,6 +28,7 @@ uniform float nearest;
 uniform float unit;       // world units per lattice unit
 uniform vec4 steps;       // log-scale, opacity, SH DC, SH rest
 uniform uint count;       // number of splats
+uniform float progress;   // of the motion to this frame: 0 is the previous frame, 1 is this one
 layout(location = 0) in uvec4 slots0;
 layout(location = 1) in uvec4 slots1;
 layout(location = 2) in uvec4 slots2;
@@ -62,6 +63,12 @@ void main() {
   uint slot = (splat < 8 ? splat < 4 ? slots0 : slots1 : splat < 12 ? slots2 : slots3)[splat & 3];
   ivec2 at = ivec2(slot & ${(1 << ROW_BITS) - 1}u, slot >> ${ROW_BITS});
   vec3 world = unit * vec3(texelFetch(positions, at, 0).xyz);
+  vec4 wxyz = normalize(vec4(texelFetch(rotations, at, 0)));
+  if (progress < 1.0) {
+    world = mix(unit * vec3(texelFetch(pastPositions, at, 0).xyz), world, progress);
+    vec4 past = normalize(vec4(texelFetch(pastRotations, at, 0)));
+    wxyz = normalize(mix(dot(past, wxyz) < 0.0 ? -past : past, wxyz, progress));
+  }
   vec3 seen = rotation * world + translation;
   ivec4 shape = texelFetch(shapes, at, 0);
   float opacity = min(0.99, 1.0 / (1.0 + exp(-steps.y * float(shape.w))));
@@ -69,8 +76,7 @@ void main() {
   if (!(seen.z > nearest && reach > 0.0)) return;
 
   // S = (R M D) (R M D)', and its projection.
-  vec4 q = normalize(vec4(texelFetch(rotations, at, 0))).yzwx;
-  mat3 axes = transpose(rotation * turn(q));
+  mat3 axes = transpose(rotation * turn(wxyz.yzwx));
   vec3 deviations = exp(steps.x * vec3(shape.xyz));
   vec2 margin = 0.15 * size;
   vec2 slope = clamp(seen.xy / seen.z, (-margin - principal) / focal, (size + margin - principal) / focal);

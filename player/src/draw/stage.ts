@@ -52,6 +52,8 @@ export class Stage {
   #order = new Uint32Array(0);
   #drawRequest = 0;
   #isInHeadset = false;
+  #motionStart = 0;
+  #motionMs = 0; // time in which Gaussians move to the current frame; 0 if they have
 
   constructor(canvas: HTMLCanvasElement, startSorter: () => Worker, events: StageEvents) {
     this.#canvas = canvas;
@@ -89,8 +91,11 @@ export class Stage {
     this.#requestDrawing();
   }
 
-  /** Sort a frame, and then show it. */
-  show(packet: FramePacket): void {
+  /**
+   * Sort a frame, and then show it: its Gaussians move there from the previous frame in `motionMs`. A canonical frame has
+   * other Gaussians than the frame before it, so it is shown at once.
+   */
+  show(packet: FramePacket, motionMs = 0): void {
     this.#pendingPacket = packet;
     const { isFull, slotLimit, movedSlots, positions, freedSlots } = packet;
     const sortPacket = { isFull, slotLimit, movedSlots, positions, freedSlots };
@@ -98,8 +103,14 @@ export class Stage {
     this.#requestSort({ kind: "frame", packet: sortPacket, forward, token: this.#nextToken() }, (reply) => {
       if (reply === null) return;
       this.#pendingPacket = null;
-      this.#apply(packet, reply);
+      this.#apply(packet, reply, packet.isFull || packet.isCanonical ? 0 : motionMs);
     });
+  }
+
+  /** End the motion to the current frame, so that the frame is shown as it was decoded. */
+  finishMotion(): void {
+    this.#motionMs = 0;
+    this.#requestDrawing();
   }
 
   /** Set the eye and the framing of the view. */
@@ -119,7 +130,7 @@ export class Stage {
   /** Draw the current frame for the eyes of the headset; it is sorted for the first. */
   paintHeadset(pictures: readonly PlacedPicture[], target: WebGLFramebuffer | null): void {
     this.#eye = pictures[0]?.eye ?? this.#eye;
-    if (!this.#gl.isContextLost()) this.#painter?.paint(pictures, target);
+    if (!this.#gl.isContextLost()) this.#paint(pictures, target);
     this.#sortIfViewTurned();
   }
 
@@ -136,6 +147,7 @@ export class Stage {
         const painter = this.#painter;
         if (painter === null || reply === null) return reject(new DrawingError("no frame is shown"));
         painter.setOrder(reply.order);
+        painter.progress = 1;
         try {
           resolve(takePicture(painter, eye, format));
         } catch (error) {
@@ -181,16 +193,17 @@ export class Stage {
     this.#sortIfViewTurned();
   }
 
-  #apply(packet: FramePacket, { order, sortMs }: SortReply): void {
+  #apply(packet: FramePacket, { order, sortMs }: SortReply, motionMs: number): void {
     let startTime = 0;
     try {
       if (this.#info !== null && !this.#gl.isContextLost()) this.#painter ??= new Painter(this.#gl, this.#info);
       startTime = performance.now(); // after the compilation of the shaders, which is not part of an upload
-      this.#painter?.apply(packet);
+      this.#painter?.apply(packet, motionMs > 0);
     } catch (error) {
       if (!(error instanceof DrawingError)) throw error;
       return this.#events.onFault(error.message);
     }
+    [this.#motionStart, this.#motionMs] = [startTime, motionMs];
     this.#setOrder(order);
     this.#events.onShown(packet, { sortMs, uploadMs: performance.now() - startTime });
   }
@@ -223,7 +236,15 @@ export class Stage {
     this.#drawRequest = 0;
     if (this.#painter === null || this.#eye === null || this.#isInHeadset || this.#gl.isContextLost()) return;
     this.#fitCanvas();
-    this.#painter.paint([this.#placePicture(this.#eye)]);
+    this.#paint([this.#placePicture(this.#eye)]);
+    if (this.#painter.progress < 1) this.#requestDrawing();
+  }
+
+  #paint(pictures: readonly PlacedPicture[], target: WebGLFramebuffer | null = null): void {
+    if (this.#painter === null) return;
+    const isMoving = this.#motionMs > 0;
+    this.#painter.progress = isMoving ? Math.min(1, (performance.now() - this.#motionStart) / this.#motionMs) : 1;
+    this.#painter.paint(pictures, target);
   }
 
   #placePicture(eye: Eye): PlacedPicture {
