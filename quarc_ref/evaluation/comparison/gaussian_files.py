@@ -7,7 +7,7 @@ from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
 from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.export.errors import UnreadableFramesError
-from quarc_ref.export.fourdgs_file import read_4dgs
+from quarc_ref.export.frames_in import open_frames
 from quarc_ref.export.gaussian_ply import parse_ply
 
 PLY_SUFFIX = ".ply"
@@ -42,7 +42,7 @@ def list_plys(folder: Path) -> list[Path]:
 
 
 def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEntry:
-    """Open a `.4dgs` file.
+    """Open a `.4dgs` file; its first frame is 0, or that of a `sequence.json` that names the file.
 
     Args:
         path: Path of the file.
@@ -50,18 +50,16 @@ def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEnt
         frames_per_second: Frame rate at which the file is sampled.
 
     Raises:
-        UnreadableFramesError: The file is malformed.
+        UnreadableFramesError: The file, or its `sequence.json`, is malformed.
         ImportError: `fourdgs` is not installed.
         OSError: The file cannot be read.
     """
-    data = path.read_bytes()
-    try:
-        fourdgs_frames = read_4dgs(data, frames_per_second)
-    except ValueError as error:
-        message = f"{path}: {error}"
-        raise UnreadableFramesError(message) from error
-    info = EntryInfo("4dgs", tuple(range(fourdgs_frames.count)), len(data))
-    return SplatEntry(label, info, _FrameReader(fourdgs_frames.read(), path).load)
+    frames = open_frames(path, frames_per_second)
+    first_frame = frames.sidecar.first_frame
+    ordinals = range(first_frame, first_frame + frames.count)
+    info = EntryInfo("4dgs", tuple(ordinals), path.stat().st_size)
+    splats = (frame_splats for frame_splats, _ in frames.read())
+    return SplatEntry(label, info, _FrameReader(zip(ordinals, splats, strict=True)).load)
 
 
 def _read_ply(path: Path) -> Splats:
@@ -73,17 +71,14 @@ def _read_ply(path: Path) -> Splats:
 
 
 class _FrameReader:
-    """Reads frames on demand, in ascending order."""
+    """Reads frames on demand, in ascending order.
 
-    def __init__(self, frames: Iterator[tuple[Splats, object]], path: Path) -> None:
-        self._frames = enumerate(frames)
-        self._path = path
+    Args:
+        frames: Ordinal and Gaussians of every frame.
+    """
+
+    def __init__(self, frames: Iterator[tuple[int, Splats]]) -> None:
+        self._frames = frames
 
     def load(self, frame: int) -> Splats:
-        try:
-            return next(
-                splats for decoded_frame, (splats, _) in self._frames if decoded_frame == frame
-            )
-        except ValueError as error:
-            message = f"{self._path}: {error}"
-            raise UnreadableFramesError(message) from error
+        return next(splats for ordinal, splats in self._frames if ordinal == frame)

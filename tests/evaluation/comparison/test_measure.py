@@ -16,6 +16,7 @@ from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.streams.source import BytesSource
+from tests.cli.commands import run
 from tests.evaluation.capture_streams import write_stream
 from tests.evaluation.comparison.conftest import CAMERAS
 from tests.evaluation.conftest import ignore_progress
@@ -100,6 +101,22 @@ def test_frames_of_fourdgs_have_nearly_the_same_quality(method_outputs, compare,
 
     assert comparison.frames == (0, 1, 2, 3)
     assert fourdgs_psnr == pytest.approx(ply_psnr, abs=0.5)
+
+
+def test_a_fourdgs_file_begins_at_the_frame_in_its_sequence_json(method_outputs, compare, tmp_path):
+    pytest.importorskip("fourdgs")
+    stream = method_outputs.folder / "a.quarc"
+    for name, frames in (("all", "0:4"), ("late", "2:4")):
+        options = ("--to", "4dgs", "--frames", frames, "-o", tmp_path / name)
+        assert run("decode", stream, *options).exit_code == 0
+    comparison = compare(
+        *(tmp_path / name / "frames.4dgs" for name in ("all", "late")),
+        capture=method_outputs.capture,
+    )
+    of_all, of_late = _list_means(comparison)
+
+    assert comparison.frames == (2, 3)
+    assert of_late == pytest.approx(of_all, abs=1e-3)
 
 
 def test_without_a_capture_the_first_entry_is_the_truth(method_outputs, compare):
