@@ -203,6 +203,21 @@ def test_a_stream_without_a_fingerprint_is_compared_with_a_warning(
     assert f"{encoded_stream.file}:" not in result.stderr
 
 
+def test_a_stream_that_was_trained_on_a_compared_camera_is_named(
+    encoded_stream, ply_folder, capture
+):
+    cameras = run_json("eval", encoded_stream.file, capture)["protocol"]["cameras"]
+    line = ["compare", encoded_stream.file, ply_folder, "--capture", capture, "--frames", "0:1"]
+    held_out, *training = cameras["held_out"][:1] + cameras["training"][:2]
+    favored_run = run(*line, *(f"--camera={name}" for name in (held_out, *training)))
+    fair_run = run(*line, "--camera", held_out)
+
+    warning = f"{', '.join(training)} are not held out of the stream, which favors it"
+    assert f"{encoded_stream.file}: {warning}" in favored_run.stderr
+    assert (favored_run.exit_code, fair_run.exit_code) == (0, 0)
+    assert "held out" not in fair_run.stderr
+
+
 def test_a_damaged_stream_is_named(encoded_stream, tmp_path):
     damaged_file = tmp_path / "damaged.quarc"
     damaged_file.write_bytes(encoded_stream.file.read_bytes()[:-1])

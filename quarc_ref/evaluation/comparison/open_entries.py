@@ -17,10 +17,9 @@ from quarc_ref.evaluation.comparison.gaussian_files import (
     open_plys,
 )
 from quarc_ref.evaluation.comparison.renders import RENDERS, open_renders
-from quarc_ref.evaluation.comparison.streams import OpenStream, open_stream
+from quarc_ref.evaluation.comparison.streams import OpenStream, list_doubts, open_stream
 from quarc_ref.evaluation.same_capture import (
     MismatchError,
-    describe_doubt,
     open_same_capture,
     read_start_frame,
 )
@@ -77,7 +76,7 @@ class ComparisonInputs:
             first entry.
         cameras: Cameras to compare on, by name.
         frames_per_second: Frame rate of all entries.
-        doubts: Why a stream may not show the frames of the capture, a message for each stream.
+        doubts: Messages of `list_doubts` for all streams, each with the path of its stream.
     """
 
     entries: list[Entry]
@@ -132,9 +131,7 @@ def open_entries(
         f"{sources[index].path}: {doubt}"
         for index, stream in streams.items()
         if capture is not None
-        and (
-            doubt := describe_doubt(stream.summary.metadata.get("fingerprint"), capture.fingerprint)
-        )
+        for doubt in list_doubts(stream.summary, capture.fingerprint, cameras)
     )
     return ComparisonInputs(entries, capture, cameras, frames_per_second, tuple(doubts))
 

@@ -1,11 +1,12 @@
 """Opens streams as entries; each stream is decoded once, starting at the first requested frame."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.decoder import Scene, Splats, dequantize
 from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
+from quarc_ref.evaluation.same_capture import describe_doubt
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.streams import decode
@@ -45,6 +46,26 @@ def open_stream(
     info = EntryInfo("stream", frames, summary.total_bytes)
     entry = SplatEntry(label, info, _StreamDecoder(data).load, summary.cameras)
     return OpenStream(entry, summary)
+
+
+def list_doubts(summary: StreamSummary, fingerprint: str, cameras: Collection[str]) -> list[str]:
+    """Return why the figures of a stream may be too low, or too high, for a fair comparison.
+
+    Args:
+        summary: Summary of the stream.
+        fingerprint: Fingerprint of the capture whose pictures are the ground truth.
+        cameras: Names of the cameras to compare on.
+    """
+    doubt = describe_doubt(summary.metadata.get("fingerprint"), fingerprint)
+    doubts = [] if doubt is None else [doubt]
+    training_names = [
+        camera.name for camera in summary.cameras if camera.name in cameras and not camera.held_out
+    ]
+    if training_names:
+        verb = "is" if len(training_names) == 1 else "are"
+        names = ", ".join(training_names)
+        doubts.append(f"{names} {verb} not held out of the stream, which favors it")
+    return doubts
 
 
 class _StreamDecoder:
