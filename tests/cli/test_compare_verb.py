@@ -197,9 +197,11 @@ def test_a_stream_without_a_fingerprint_is_compared_with_a_warning(
     assert run("cut", encoded_stream.file, "--frames", "0:1", "-o", cut_file).exit_code == 0
     assert run("join", cut_file, cut_file, "-o", joined_file).exit_code == 0
     line = ["compare", encoded_stream.file, joined_file, "--capture", capture, "--frames", "0:1"]
-    result = run(*line)
+    result = run(*line, "--report", tmp_path / "report")
 
-    assert f"{joined_file}: the stream has no fingerprint of its capture" in result.stderr
+    warning = f"{joined_file}: the stream has no fingerprint of its capture"
+    assert warning in result.stderr
+    assert warning in (tmp_path / "report" / "index.html").read_text("utf-8")
     assert f"{encoded_stream.file}:" not in result.stderr
 
 

@@ -137,8 +137,6 @@ def compare(
                 raise UsageError(message) from error
             except MismatchError as error:
                 raise UsageError(str(error)) from error
-            for doubt in opened_entries.doubts:
-                print_message(doubt)
             summary = summarize(comparison)
             if folder:
                 from quarc_ref.evaluation.comparison.page import write_comparison
@@ -220,7 +218,7 @@ def _print_result(
 ) -> None:
     from quarc_ref.evaluation.comparison import tables
 
-    for message in tables.describe_equal_views(comparison):
+    for message in tables.list_remarks(comparison):
         print_message(message)
     if as_json:
         report = {} if page is None else {"report": str(page)}

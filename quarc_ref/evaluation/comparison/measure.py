@@ -8,7 +8,8 @@ import numpy as np
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.evaluation.camera_group import find_background, list_variants
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
-from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
+from quarc_ref.evaluation.comparison.common_frames import choose_frames, describe_unequal_frames
+from quarc_ref.evaluation.comparison.entries import Entry, EntryInfo, Label
 from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Mask, Picture
@@ -64,6 +65,8 @@ class Comparison:
         frames_per_second: Frame rate of all entries.
         shown_views: Views that the page shows.
         variants: Description of each metric's exact variant, keyed by metric name.
+        remarks: What limits the comparison, in sentences without a full stop: `doubts` of the
+            inputs, and entries whose frames differ.
     """
 
     measured_entries: list[MeasuredEntry]
@@ -73,6 +76,7 @@ class Comparison:
     frames_per_second: float
     shown_views: list[ComparedView]
     variants: dict[str, str]
+    remarks: tuple[str, ...] = ()
 
 
 def measure_entries(
@@ -97,7 +101,7 @@ def measure_entries(
         EntryError: The entries have no common frame within the span.
         MismatchError: The pictures of a camera are too small for LPIPS.
     """
-    frames = _choose_frames(inputs, span)
+    frames = choose_frames(inputs, span)
     entries = inputs.entries if inputs.capture else inputs.entries[1:]
     meter = _EntryMeter(inputs, entries, frames, lpips)
     for measured_count, frame in enumerate(frames, start=1):
@@ -110,6 +114,7 @@ def measure_entries(
     return Comparison(
         meter.list_results(), frames, tuple(inputs.cameras), truth_description,
         inputs.frames_per_second, meter.shown_views, meter.variants,
+        (*inputs.doubts, *describe_unequal_frames(inputs)),
     )  # fmt: skip
 
 
@@ -196,31 +201,6 @@ def _find_index(capture: Capture, name: str) -> int:
 def _find_background(capture: Capture | None, name: str) -> Picture | None:
     """Return the static background of a camera; None if there is no capture."""
     return None if capture is None else find_background(capture, _find_index(capture, name))
-
-
-def _choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames within a span that exist in every entry and in the capture."""
-    common_frames = set.intersection(*(set(entry.info.frames) for entry in inputs.entries))
-    if inputs.capture is not None:
-        common_frames &= set(range(inputs.capture.frame_count))
-    start, stop = span
-    frames = tuple(
-        frame
-        for frame in sorted(common_frames)
-        if start <= frame and (stop is None or frame < stop)
-    )
-    if not frames:
-        frame_ranges = "; ".join(
-            f"{entry.label}: {_format_frame_range(entry)}" for entry in inputs.entries
-        )
-        message = f"the entries have no frame in common ({frame_ranges})"
-        raise EntryError(message)
-    return frames
-
-
-def _format_frame_range(entry: Entry) -> str:
-    frames = entry.info.frames
-    return f"{frames[0]} to {frames[-1]}" if frames else "none"
 
 
 def _choose_shown_views(cameras: Sequence[str], frames: Sequence[int]) -> set[tuple[str, int]]:

@@ -9,13 +9,13 @@ from pathlib import Path
 from quarc_ref.evaluation.comparison.measure import ComparedView, Comparison
 from quarc_ref.evaluation.comparison.summary import OperatingPoint, Summary
 from quarc_ref.evaluation.comparison.tables import (
-    describe_equal_views,
     format_delta_rows,
     format_point_rows,
     format_points_csv,
     format_views_csv,
     list_delta_headings,
     list_point_headings,
+    list_remarks,
 )
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, format_texts
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
@@ -71,9 +71,7 @@ def _compose_page(
             "<", "\\u003c"
         ),
         "points": format_table(list_point_headings(summary), format_point_rows(summary)),
-        "remarks": "".join(
-            f"<p>{html.escape(remark)}.</p>" for remark in describe_equal_views(comparison)
-        ),
+        "remarks": "".join(f"<p>{html.escape(remark)}.</p>" for remark in list_remarks(comparison)),
         "deltas": _compose_deltas(summary),
         "plots": "".join(plot_figures),
         "metrics": format_texts(comparison.variants.values()),

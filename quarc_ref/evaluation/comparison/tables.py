@@ -58,9 +58,12 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
     ]
 
 
-def describe_equal_views(comparison: Comparison) -> list[str]:
-    """Return a remark for each entry with views whose PSNR is `MAX_DECIBELS`."""
-    remarks = []
+def list_remarks(comparison: Comparison) -> list[str]:
+    """Return the remarks of a comparison, and one for each entry with views that equal the truth.
+
+    The PSNR of such a view is `MAX_DECIBELS`.
+    """
+    remarks = list(comparison.remarks)
     for entry in comparison.measured_entries:
         equal_count, view_count = entry.quality.count_views_at_max_psnr()
         if equal_count:

@@ -136,13 +136,31 @@ def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
     (tmp_path / "few" / "point_cloud_00000.ply").unlink()
     stream = method_outputs.folder / "a.quarc"
 
-    assert compare(stream, tmp_path / "few", capture=method_outputs.capture).frames == (1, 2, 3)
+    common = compare(stream, tmp_path / "few", capture=method_outputs.capture)
+    assert common.frames == (1, 2, 3)
+    assert common.remarks[-1].endswith(": 0 to 3 in a; 1 to 3 in few")
     limited = compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 3))
     assert limited.frames == (1, 2)
     with pytest.raises(
         EntryError, match=r"the entries have no frame in common \(a: 0 to 3; few: 1 to 3\)"
     ):
         compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 1))
+
+
+def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
+    for frame, path in enumerate(sorted((method_outputs.folder / "plys").iterdir()), start=1):
+        shutil.copy(path, tmp_path / f"{frame}.ply")
+    plys, capture = method_outputs.folder / "plys", method_outputs.capture
+    one_based = compare(tmp_path, tmp_path, capture=capture)
+    (tmp_path / "2.ply").unlink()
+    with_gap = compare(method_outputs.folder / "a.quarc", tmp_path)
+
+    assert one_based.frames == (1, 2, 3)
+    remark = f": 1 to 4 in {tmp_path.name}; 0 to 3 in the capture"
+    assert one_based.remarks[0].endswith(remark)
+    remark = f": 0 to 3 in a; 1 to 4 with gaps in {tmp_path.name}"
+    assert with_gap.remarks[0].endswith(remark)
+    assert compare(plys, plys, capture=capture).remarks == ()
 
 
 def test_a_comparison_has_views_of_every_entry_for_the_page(method_outputs, compare):

@@ -9,12 +9,12 @@ from quarc_ref.evaluation.comparison.entries import EntryInfo, Label
 from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
 from quarc_ref.evaluation.comparison.summary import summarize
 from quarc_ref.evaluation.comparison.tables import (
-    describe_equal_views,
     format_delta_rows,
     format_point_rows,
     format_points_csv,
     format_views_csv,
     list_point_headings,
+    list_remarks,
 )
 from quarc_ref.evaluation.quality import Quality
 
@@ -75,7 +75,7 @@ def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
     comparison = _make_comparison(_make_entry("a", "a", 98.0, 10), _make_entry("b", "b", 30.0, 10))
 
     assert summarize(comparison).points[1].paired_difference.pair_count == 4
-    assert describe_equal_views(comparison) == [
+    assert list_remarks(comparison) == [
         "a: 2 of 4 views equal the truth; each counts as 100 dB in means and differences"
     ]
 

@@ -1,0 +1,56 @@
+"""Finds the frames that all entries of a comparison contain."""
+
+from quarc_ref.evaluation.comparison.entries import EntryError
+from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
+
+
+def choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tuple[int, ...]:
+    """Return the frames within a span that exist in every entry and in the capture.
+
+    Raises:
+        EntryError: There are none.
+    """
+    common_frames = set.intersection(*(set(entry.info.frames) for entry in inputs.entries))
+    if inputs.capture is not None:
+        common_frames &= set(range(inputs.capture.frame_count))
+    start, stop = span
+    frames = tuple(
+        frame
+        for frame in sorted(common_frames)
+        if start <= frame and (stop is None or frame < stop)
+    )
+    if not frames:
+        frame_ranges = "; ".join(
+            f"{entry.label}: {_format_frames(entry.info.frames)}" for entry in inputs.entries
+        )
+        message = f"the entries have no frame in common ({frame_ranges})"
+        raise EntryError(message)
+    return frames
+
+
+def describe_unequal_frames(inputs: ComparisonInputs) -> list[str]:
+    """Return a remark if some frames are not in all entries, or not in the capture."""
+    owners_by_frames: dict[tuple[int, ...], list[str]] = {}
+    for entry in inputs.entries:
+        owners_by_frames.setdefault(entry.info.frames, []).append(str(entry.label))
+    if inputs.capture is not None:
+        frame_count = inputs.capture.frame_count
+        if any(frames[-1] >= frame_count for frames in owners_by_frames):
+            owners_by_frames.setdefault(tuple(range(frame_count)), []).append("the capture")
+    if len(owners_by_frames) == 1:
+        return []
+    texts = (
+        f"{_format_frames(frames)} in {', '.join(dict.fromkeys(owners))}"
+        for frames, owners in owners_by_frames.items()
+    )
+    return [
+        "only frames in common are compared, but sizes include all frames of an entry: "
+        + "; ".join(texts)
+    ]
+
+
+def _format_frames(frames: tuple[int, ...]) -> str:
+    if len(frames) < 2:
+        return str(frames[0]) if frames else "none"
+    has_gaps = frames[-1] - frames[0] >= len(frames)
+    return f"{frames[0]} to {frames[-1]}{' with gaps' if has_gaps else ''}"
