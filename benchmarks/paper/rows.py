@@ -208,10 +208,12 @@ def _summarize_sizes(frames: tuple[FrameSummary, ...], total_bytes: int) -> Row:
         "total": total_bytes,
         "canonical_kb": bytes_by_kind["canonical"] / KILOBYTE,
         "motion_kb_per_frame": bytes_by_kind["motion"] / frame_count / KILOBYTE,
+        "updates_kb_per_frame": bytes_by_kind["updates"] / frame_count / KILOBYTE,
         "births_kb_per_frame": bytes_by_kind["births"] / frame_count / KILOBYTE,
         "overhead_kb": (total_bytes - sum(bytes_by_kind.values())) / KILOBYTE,
         "kb_per_frame": later_bytes / frame_count / KILOBYTE,
         "canonical_estimate_kb": estimates_by_kind["canonical"] / KILOBYTE,
         "motion_estimate_kb_per_frame": estimates_by_kind["motion"] / frame_count / KILOBYTE,
+        "updates_estimate_kb_per_frame": estimates_by_kind["updates"] / frame_count / KILOBYTE,
         "births_estimate_kb_per_frame": estimates_by_kind["births"] / frame_count / KILOBYTE,
     }

@@ -23,6 +23,7 @@ COLUMNS: tuple[Column, ...] = (
     ("LPIPS", lambda row: row["quality"]["lpips"], ".4f"),
     ("KB / frame", lambda row: row["bytes"]["kb_per_frame"], ".2f"),
     ("motion KB / frame", lambda row: row["bytes"]["motion_kb_per_frame"], ".3f"),
+    ("updates KB / frame", lambda row: row["bytes"].get("updates_kb_per_frame"), ".3f"),
     ("births KB / frame", lambda row: row["bytes"]["births_kb_per_frame"], ".3f"),
     ("canonical KB", lambda row: row["bytes"]["canonical_kb"], ".1f"),
     ("overhead KB", lambda row: row["bytes"]["overhead_kb"], ".1f"),
@@ -103,7 +104,11 @@ def format_markdown(rows: Sequence[Row]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
-def _get_estimate(row: Row) -> float:
+def _get_estimate(row: Row) -> float | None:
+    """Return the estimated KB per later frame; None for a row of an earlier version."""
     sizes = row["bytes"]
-    total: float = sizes["motion_estimate_kb_per_frame"] + sizes["births_estimate_kb_per_frame"]
+    if "updates_estimate_kb_per_frame" not in sizes:
+        return None
+    kinds = ("motion", "updates", "births")
+    total: float = sum(sizes[f"{kind}_estimate_kb_per_frame"] for kind in kinds)
     return total

@@ -58,9 +58,9 @@ def summarize_sizes(summary: StreamSummary) -> Figures:
 
     Returns:
         The figures by name. `bytes_canonical` is the size of all chunks with canonical frames,
-        `bytes_side` that of HEAD, cameras and metadata. `bytes_motion` and `bytes_births` are the
-        sizes of the coded motion and births. `bytes_other` is the size of everything else, such as
-        INDX, TAIL and chunk headers of other frames.
+        `bytes_side` that of HEAD, cameras and metadata. `bytes_motion`, `bytes_updates` and
+        `bytes_births` are the sizes of the coded motion, updates and births. `bytes_other` is the
+        size of everything else, such as snapshots, INDX, TAIL and chunk headers of other frames.
     """
     coded_bytes = summary.coded_bytes()
     side_bytes = sum(
@@ -69,7 +69,8 @@ def summarize_sizes(summary: StreamSummary) -> Figures:
     canonical_bytes = sum(
         chunk.byte_count for chunk in summary.chunks if chunk.kind == _CANONICAL_TYPE
     )
-    listed_bytes = side_bytes + canonical_bytes + coded_bytes["motion"] + coded_bytes["births"]
+    moved_bytes = {f"bytes_{kind}": coded_bytes[kind] for kind in ("motion", "updates", "births")}
+    listed_bytes = side_bytes + canonical_bytes + sum(moved_bytes.values())
     other_frames = [frame for frame in summary.frames if not frame.canonical]
     mean_kilobytes = summary.kilobytes_per_frame()["without_canonical"] if other_frames else None
     return {
@@ -78,8 +79,7 @@ def summarize_sizes(summary: StreamSummary) -> Figures:
         "bytes": summary.total_bytes,
         "bytes_side": side_bytes,
         "bytes_canonical": canonical_bytes,
-        "bytes_motion": coded_bytes["motion"],
-        "bytes_births": coded_bytes["births"],
+        **moved_bytes,
         "bytes_other": summary.total_bytes - listed_bytes,
         "kb_per_frame": mean_kilobytes,
     }

@@ -25,6 +25,7 @@ COLUMNS = (
     ("side B", "bytes_side", ".0f"),
     ("canonical B", "bytes_canonical", ".0f"),
     ("motion B", "bytes_motion", ".0f"),
+    ("updates B", "bytes_updates", ".0f"),
     ("births B", "bytes_births", ".0f"),
     ("other B", "bytes_other", ".0f"),
     ("KB / frame", "kb_per_frame", ".2f"),

@@ -6,6 +6,7 @@ import pytest
 import canonical_cache
 from paper import rows
 from paper.rows import Task, make_row
+from paper.tables import COLUMNS
 from paper.trials import Trial
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.evaluation.evaluate import evaluate_stream
@@ -47,6 +48,27 @@ def test_its_figures_are_those_of_the_kept_stream(task, row, folder):
     assert row["bytes"]["kb_per_frame"] == summary.kilobytes_per_frame()["without_canonical"]
     assert row["births"] == [frame.births for frame in summary.frames]
     assert row["gaussians"] == [frame.gaussians for frame in summary.frames]
+
+
+def test_updates_have_a_size_and_an_estimate_of_their_own(task):
+    (get_estimate,) = (value for heading, value, _ in COLUMNS if heading.startswith("estimate"))
+    canonical, *later = inspect_stream(task.stream_path.read_bytes()).frames
+    later = [
+        replace(
+            frame,
+            coded_bytes=frame.coded_bytes | {"updates": 3072},
+            estimate_bytes=dict.fromkeys(frame.estimate_bytes, 0.0)
+            | {"motion": 512.0, "updates": 2048.0, "births": 256.0},
+        )
+        for frame in later
+    ]
+    canonical = replace(canonical, estimate_bytes=dict.fromkeys(canonical.estimate_bytes, 0.0))
+    sizes = rows._summarize_sizes((canonical, *later), 50_000)
+
+    assert sizes["updates_kb_per_frame"] == 3
+    assert get_estimate({"bytes": sizes}) == 2.75
+    del sizes["updates_estimate_kb_per_frame"]
+    assert get_estimate({"bytes": sizes}) is None  # as in a row of an earlier version
 
 
 def test_a_row_lists_everything_it_depends_on(row):

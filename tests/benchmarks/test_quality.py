@@ -78,9 +78,10 @@ def test_the_figures_are_those_of_the_kept_stream(study_folder):
 
     for name, value in evaluation.quality.mean().items():
         assert figures[f"held_out_{name}"] == pytest.approx(value)
-    kinds = ("side", "canonical", "motion", "births", "other")
+    kinds = ("side", "canonical", "motion", "updates", "births", "other")
     assert sum(figures[f"bytes_{kind}"] for kind in kinds) == figures["bytes"] == len(data)
     assert figures["bytes_canonical"] == summary.frames[0].chunk_bytes
+    assert figures["bytes_updates"] == summary.coded_bytes()["updates"] > 0
     assert figures["gaussians"] == summary.gaussian_count
     assert figures["seconds_first"] > 0
     assert figures["seconds_frame"] > 0
