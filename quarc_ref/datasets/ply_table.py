@@ -91,6 +91,8 @@ def parse_ply_header(data: bytes) -> PlyHeader:
         raise ValueError(message)
     if len(lines) < 2 or lines[1][:2] != ["element", "vertex"]:
         message = "the first element is not 'vertex'"
+        if lines[1:] and lines[1][:2] == ["element", "chunk"]:
+            message = "a compressed PLY, as SuperSplat writes it, is not supported: export a PLY"
         raise ValueError(message)
     count_text = " ".join(lines[1][2:])
     if not count_text.isdecimal() or not int(count_text):

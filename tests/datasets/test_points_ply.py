@@ -98,6 +98,10 @@ def test_other_properties_and_elements_are_skipped(path):
         (b"ply\nend_header\n", "neither ascii nor"),
         (make_ply(POINT_BYTES, ply_format="binary_big_endian 1.0"), "neither ascii nor"),
         (b"ply\nformat ascii 1.0\nend_header\n", "first element is not 'vertex'"),
+        (
+            b"ply\nformat binary_little_endian 1.0\nelement chunk 2\nend_header\n",
+            "a compressed PLY",
+        ),
         (make_ply(POINT_BYTES, count="0"), "no points"),
         (make_ply(POINT_BYTES, count="-1"), "no points"),
         (make_ply(POINT_BYTES, count="many"), "no points"),
