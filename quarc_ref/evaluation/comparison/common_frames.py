@@ -20,33 +20,42 @@ def choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tup
         if start <= frame and (stop is None or frame < stop)
     )
     if not frames:
-        frame_ranges = "; ".join(
-            f"{entry.label}: {_format_frames(entry.info.frames)}" for entry in inputs.entries
+        message = (
+            "the selected range has none of the frames that all entries have, "
+            f"{_format_frames(tuple(sorted(common_frames)))}"
+            if common_frames
+            else f"the entries have no frame in common ({_list_frames(inputs)})"
         )
-        message = f"the entries have no frame in common ({frame_ranges})"
         raise EntryError(message)
     return frames
 
 
 def describe_unequal_frames(inputs: ComparisonInputs) -> list[str]:
     """Return a remark if some frames are not in all entries, or not in the capture."""
+    if len(_group_by_frames(inputs)) == 1:
+        return []
+    remark = "only frames in common are compared, but sizes include all frames of an entry"
+    return [f"{remark}: {_list_frames(inputs)}"]
+
+
+def _list_frames(inputs: ComparisonInputs) -> str:
+    """Return the ranges of frames, each with the entries that have it."""
+    return "; ".join(
+        f"{_format_frames(frames)} in {', '.join(dict.fromkeys(owners))}"
+        for frames, owners in _group_by_frames(inputs).items()
+    )
+
+
+def _group_by_frames(inputs: ComparisonInputs) -> dict[tuple[int, ...], list[str]]:
+    """Return the labels of entries by their frames, and the capture if it lacks some of these."""
     owners_by_frames: dict[tuple[int, ...], list[str]] = {}
     for entry in inputs.entries:
         owners_by_frames.setdefault(entry.info.frames, []).append(str(entry.label))
     if inputs.capture is not None:
         frame_count = inputs.capture.frame_count
-        if any(frames[-1] >= frame_count for frames in owners_by_frames):
+        if any(frames and frames[-1] >= frame_count for frames in owners_by_frames):
             owners_by_frames.setdefault(tuple(range(frame_count)), []).append("the capture")
-    if len(owners_by_frames) == 1:
-        return []
-    texts = (
-        f"{_format_frames(frames)} in {', '.join(dict.fromkeys(owners))}"
-        for frames, owners in owners_by_frames.items()
-    )
-    return [
-        "only frames in common are compared, but sizes include all frames of an entry: "
-        + "; ".join(texts)
-    ]
+    return owners_by_frames
 
 
 def _format_frames(frames: tuple[int, ...]) -> str:

@@ -142,9 +142,14 @@ def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
     limited = compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 3))
     assert limited.frames == (1, 2)
     with pytest.raises(
-        EntryError, match=r"the entries have no frame in common \(a: 0 to 3; few: 1 to 3\)"
+        EntryError, match="range has none of the frames that all entries have, 1 to 3"
     ):
         compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 1))
+    for frame in (1, 2, 3):
+        path = tmp_path / "few" / f"point_cloud_0000{frame}.ply"
+        path.rename(path.with_stem(f"point_cloud_0001{frame}"))
+    with pytest.raises(EntryError, match=r"common \(0 to 3 in a, the capture; 11 to 13 in few\)"):
+        compare(stream, tmp_path / "few", capture=method_outputs.capture)
 
 
 def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
