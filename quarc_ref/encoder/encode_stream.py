@@ -28,6 +28,7 @@ from quarc_ref.encoder.adapt_steps import (
     should_measure_error,
 )
 from quarc_ref.encoder.checks.first_frame_check import check_first_frame
+from quarc_ref.encoder.checks.target_check import check_target
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
@@ -178,10 +179,8 @@ class _Encoding:
         """Restore the state of the encode by decoding the frames of a partial stream."""
         if should_measure_error(self._config, self._capture):
             self._config = copy_translation_step(self._config, partial_stream.header)
-        initial_gaussian_count = wire.parse_canonical(
-            partial_stream.frames[0].payload
-        ).gaussian_count
-        self._open(sink, initial_gaussian_count, partial_stream)
+        first_chunk = wire.parse_canonical(partial_stream.frames[0].payload)
+        self._open(sink, first_chunk.gaussian_count, partial_stream)
         for chunk in partial_stream.frames:
             state = self._loop.replay(chunk)
             if self.next_frame == 0:
@@ -219,8 +218,10 @@ class _Encoding:
             follow_exposures(self._context, self._loop.state, frame)
 
     def finish(self) -> None:
-        """Write the index and the TAIL chunk, and report the end to the monitor."""
+        """Write the index and the TAIL chunk, and report a missed target and the end."""
         self._loop.finish()
+        for finding in check_target(self._inter_frame_sizes, self._config.target_kb_per_frame):
+            self._report(finding)
         self._context.observers.monitor.end()
         self._context.observers.progress.advance("frames", self.frame_count, self.frame_count)
 

@@ -47,6 +47,13 @@ def test_without_checks_only_the_first_frame_is_checked(capture, tmp_path):
     assert [finding["kind"] for finding in json_output["findings"]] == ["first-frame-coarse"]
 
 
+def test_a_missed_target_size_is_reported_at_the_end(capture, tmp_path):
+    command = _make_command(capture, tmp_path / "a.quarc", "--no-checks")
+    json_output = run_json(*command, "--target-kb-per-frame", 0.01)
+
+    assert "target-exceeded" in [finding["kind"] for finding in json_output["findings"]]
+
+
 @pytest.mark.usefixtures("added_findings")
 def test_findings_of_a_piped_encode_are_printed_on_stderr(capture):
     result = run(*_make_command(capture, "-"))
