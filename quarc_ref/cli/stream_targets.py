@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.targets import require_writable_file
+from quarc_ref.cli.targets import reject_folder, require_writable_file
 from quarc_ref.files import MARKER_NAME, OutputFolder, growing_folder, sync_file, sync_folder
 
 _PART_SUFFIX = ".part"
@@ -243,6 +243,7 @@ def _get_checkpoint_path(path: Path) -> Path:
 
 
 def _get_part_path(target: Path) -> Path:
+    reject_folder(target)  # `.` and `/` have no name to which a suffix can be added
     return target.with_name(target.name + _PART_SUFFIX)
 
 

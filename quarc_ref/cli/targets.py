@@ -165,14 +165,19 @@ def require_writable_file(target: Path, *, force: bool) -> None:
     """Raise UsageError if a file cannot be written, or if it exists and must not be replaced."""
     _reject_standard_output(target, "this file")
     _reject_missing_parent(target)
-    if target.is_dir():
-        message = f"{target} is a folder: give the path of a file"
-        raise UsageError(message)
+    reject_folder(target)
     if target.exists() and not target.is_file():
         message = f"{target} is a device or a pipe, not a regular file: give another path"
         raise UsageError(message)
     if os.path.lexists(target) and not force:  # last, because --force replaces only files
         message = f"{target} exists: use --force to replace it"
+        raise UsageError(message)
+
+
+def reject_folder(target: Path) -> None:
+    """Raise UsageError if the path of an output file is that of a folder."""
+    if target.is_dir():
+        message = f"{target} is a folder: give the path of a file"
         raise UsageError(message)
 
 

@@ -1,10 +1,15 @@
 import os
 import stat
+from pathlib import Path
 
 import pytest
 
 from quarc_ref.cli.errors import UsageError
-from quarc_ref.cli.stream_targets import open_segments_folder, open_stream_file
+from quarc_ref.cli.stream_targets import (
+    open_segments_folder,
+    open_stream_file,
+    reject_stream_path,
+)
 from quarc_ref.files import OutputPathError
 from tests.cli.commands import list_names
 
@@ -100,3 +105,18 @@ def test_only_the_segments_and_their_remains_are_removed(tmp_path):
         (folder.path / "frames_1.quarc").write_bytes(b"mine")
 
     assert list_names(tmp_path / "a.quarc.segments") == ["frames_1.quarc"]
+
+
+@pytest.mark.parametrize("name", [".", "", "/", "folder"])
+@pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize("live", [False, True])
+def test_a_folder_is_no_path_of_a_stream(name, resume, live, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("folder").mkdir()
+    target = Path(name)
+
+    with pytest.raises(UsageError, match=r"is a folder: give the path of a file"):
+        open_stream_file(target, force=True, live=live, resume=resume).__enter__()
+    with pytest.raises(UsageError, match=r"is a folder: give the path of a file"):
+        reject_stream_path(Path("log.jsonl"), target)
+    assert list_names(tmp_path) == ["folder"]
