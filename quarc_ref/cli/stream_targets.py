@@ -113,7 +113,7 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
 
 @contextmanager
 def _report_kept_files(path: Path) -> Iterator[None]:
-    """Add what is kept to the message of an interruption, a failed segment or an unreadable frame.
+    """Add what is kept to the message of an interruption or error, such as a full disk.
 
     Args:
         path: The file that the block writes, or the folder of the segments.
@@ -129,16 +129,20 @@ def _report_kept_files(path: Path) -> Iterator[None]:
             raise
         message = f"interrupted; {kept_files}"
         raise KeyboardInterrupt(message) from error
-    except JobsError as error:
-        kept_files = _describe_kept_files(path)
+    except (CaptureError, JobsError, OSError) as error:
+        is_unreadable = isinstance(error, CaptureError)
+        alternative = ", or with a smaller --frames to leave them out" if is_unreadable else ""
+        kept_files = _describe_kept_files(path, alternative)
         if kept_files:
-            error.args = (f"{error}; {kept_files}",)
+            _append_to_message(error, kept_files)
         raise
-    except CaptureError as error:
-        kept_files = _describe_kept_files(path, ", or with a smaller --frames to leave them out")
-        if kept_files:
-            error.args = (f"{error}; {kept_files}",)
-        raise
+
+
+def _append_to_message(error: Exception, text: str) -> None:
+    if isinstance(error, OSError) and error.strerror:
+        error.strerror = f"{error.strerror}; {text}"
+    else:
+        error.args = (f"{error}; {text}",)
 
 
 def _describe_kept_files(path: Path, alternative: str = "") -> str:

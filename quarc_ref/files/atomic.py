@@ -5,6 +5,7 @@ and is renamed to its target when it is complete. The file gets the permissions 
 if it replaces a file with different permissions.
 """
 
+import errno
 import io
 import os
 import stat
@@ -15,6 +16,8 @@ from typing import BinaryIO
 
 from quarc_ref.files.locks import CAN_LOCK, create_locked
 from quarc_ref.files.temporary_paths import PART_SUFFIX, make_temporary_path
+
+_FULL_DISK_CODES = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
@@ -30,11 +33,11 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
         The open file.
 
     Raises:
-        OSError: The file cannot be written.
+        OSError: The file cannot be written; if the disk is full, the error names the target.
     """
     temporary_path, file = _create_temporary_file(target)
     try:
-        with file:
+        with _name_target(target), file:
             yield file
             if durable:
                 sync_file(file)
@@ -80,6 +83,17 @@ def sync_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
+
+
+@contextmanager
+def _name_target(target: Path) -> Iterator[None]:
+    """Add the path of a file to the error of a write for which the disk or a quota is full."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in _FULL_DISK_CODES and error.filename is None:
+            error.filename = str(target)
+        raise
 
 
 def _create_temporary_file(target: Path) -> tuple[Path, BinaryIO]:

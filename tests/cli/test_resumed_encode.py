@@ -29,7 +29,7 @@ main()
     ("error", "code", "message"),
     [
         (KeyboardInterrupt(), 130, "use --resume to"),
-        (OSError(errno.ENOSPC, "No space left on device"), 3, "No space left"),
+        (OSError(errno.ENOSPC, "disk full"), 3, ".part contains the finished frames: use"),
         (RuntimeError("out of memory"), 3, "out of memory"),
         (CaptureError("damaged"), 3, "missing frames, or with a smaller --frames to leave them"),
     ],

@@ -1,5 +1,7 @@
+import errno
 import os
 import stat
+from pathlib import Path
 
 import pytest
 
@@ -118,3 +120,22 @@ def test_a_durable_file_is_synced_before_the_rename_and_its_folder_after(
     write_file(tmp_path / "a.bin", b"data", durable=durable)
 
     assert synced == ([("file", False), ("folder", True)] if durable else [])
+
+
+@pytest.mark.parametrize(
+    ("error", "name"),
+    [
+        (OSError(errno.ENOSPC, "No space left on device"), "a.bin"),
+        (OSError(errno.EIO, "Input/output error"), None),  # may be that of a file that is read
+        (OSError(errno.ENOSPC, "No space left on device", "b.bin"), "b.bin"),
+    ],
+)
+def test_the_error_of_a_full_disk_names_the_file_that_is_written(
+    error, name, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(OSError, match=error.strerror) as error_info, atomic_file(Path("a.bin")):
+        raise error
+
+    assert error_info.value.filename == name
+    assert _list(tmp_path) == []
