@@ -20,6 +20,7 @@ _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
 _TIME_TOLERANCE = 0.25
 _MAX_ROUNDING = 0.2  # Relative, too: a coarse time base must not hide a missing frame.
+_MAX_USUAL_DURATION = 1.5  # Relative to the median; frames before a missing one last longer.
 _MAX_DESCRIPTIONS = 5
 _OTHER_MATRICES = {1: "BT.709", 7: "SMPTE 240M", 9: "BT.2020", 10: "BT.2020"}  # than BT.601
 
@@ -49,8 +50,7 @@ def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
         FrameRateError: A video has a variable frame rate, or a frame rate that differs from that
             of most videos.
     """
-    for video in videos:
-        _require_constant_frame_rate(video)
+    _require_constant_frame_rates(videos)
     common_rate = median_high(video.frames_per_second for video in videos)
     outliers = [
         video
@@ -172,22 +172,38 @@ def compare_stated_rate(stated_rate: float | None, video_rate: float) -> Finding
     return Finding(STATED_FRAME_RATE, message)
 
 
-def _require_constant_frame_rate(video: VideoReader) -> None:
+def _require_constant_frame_rates(videos: Sequence[VideoReader]) -> None:
+    variable_videos = [video for video in videos if _has_variable_frame_rate(video)]
+    if not variable_videos:
+        return
+    constant_rates = [video.frames_per_second for video in videos if video not in variable_videos]
+    usual_rates = constant_rates or map(_find_usual_frame_rate, variable_videos)
+    first_video, *other_videos = variable_videos
+    shortest, *_, longest = sorted(np.diff(first_video.frame_times) * 1000)
+    others = format_names([video.path.name for video in other_videos])
+    message = (
+        f"{first_video.path} has a variable frame rate: its frames last from {shortest:.1f} to "
+        f"{longest:.1f} ms{f' (the same applies to {others})' if others else ''}; convert it "
+        f"(ffmpeg -i {first_video.path.name} -vf fps={median_high(usual_rates):.5g} NEW.mp4)"
+    )
+    raise FrameRateError(message)
+
+
+def _has_variable_frame_rate(video: VideoReader) -> bool:
     times = video.frame_times
     if len(times) < 3:
-        return
+        return False
     mean_duration = (times[-1] - times[0]) / (len(times) - 1)
     deviations = np.abs(times - np.linspace(times[0], times[-1], len(times)))
     rounding_error = min(video.time_base_seconds / 2, _MAX_ROUNDING * mean_duration)
-    if deviations.max() > _TIME_TOLERANCE * mean_duration + rounding_error:
-        shortest, *_, longest = sorted(np.diff(times) * 1000)
-        message = (
-            f"{video.path} has a variable frame rate: its frames last from {shortest:.1f} to "
-            f"{longest:.1f} ms, and the average rate is {1 / mean_duration:.2f} frames per second; "
-            f"convert it (ffmpeg -i {video.path.name} -vf fps={max(1, round(1 / mean_duration))} "
-            "NEW.mp4)"
-        )
-        raise FrameRateError(message)
+    return bool(deviations.max() > _TIME_TOLERANCE * mean_duration + rounding_error)
+
+
+def _find_usual_frame_rate(video: VideoReader) -> int:
+    """Return the rate of most frames; the average rate is lower if frames are missing."""
+    durations = np.diff(video.frame_times)
+    usual_durations = durations[durations < _MAX_USUAL_DURATION * np.median(durations)]
+    return max(1, round(1 / float(usual_durations.mean())))
 
 
 def _join_descriptions(descriptions: Sequence[str]) -> str:

@@ -43,16 +43,48 @@ def test_one_or_two_frames_are_regular(tmp_path):
 def test_a_dropped_frame_makes_the_rate_variable(tmp_path, dropped_frame):
     times = REGULAR_TIMES[:dropped_frame] + REGULAR_TIMES[dropped_frame + 1 :]
     videos = make_videos(tmp_path, cam00=REGULAR_TIMES, cam01=times)
-    mean_rate = 1000 * (len(times) - 1) / times[-1]
 
     with pytest.raises(FrameRateError) as error_info:
         require_common_frame_rate(videos)
     assert re.search(
-        r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms, "
-        rf"and the average rate is {mean_rate:.2f} .*fps={mean_rate:.0f} ",
+        r"cam01.mkv has a variable frame rate: its frames last from 33.0 to 6[67].0 ms; convert it "
+        r"\(ffmpeg -i cam01.mkv -vf fps=30 ",
         str(error_info.value),
     )
     assert "cam00" not in str(error_info.value)
+
+
+@pytest.mark.parametrize(
+    ("constant_milliseconds", "advised_rate"), [(1000 / 30, "30"), (1001 / 30, "29.97"), (40, "25")]
+)
+def test_videos_of_variable_rate_are_to_be_converted_to_the_rate_of_the_others(
+    constant_milliseconds, advised_rate
+):
+    times = {
+        "cam00": np.arange(8) * constant_milliseconds / 1000,
+        "cam01": np.array([0, 1, 2, 4, 5, 6, 7, 8]) / 30,
+        "cam02": np.array([0, 1, 2, 3, 5, 6, 7, 8]) / 30,
+    }
+    videos = [
+        SimpleNamespace(
+            path=Path(f"{name}.mp4"),
+            frame_times=frame_times,
+            time_base_seconds=1e-5,
+            frames_per_second=7 / frame_times[-1],
+        )
+        for name, frame_times in times.items()
+    ]
+
+    with pytest.raises(FrameRateError, match=r"cam01.mp4 .*applies to cam02.mp4") as error_info:
+        require_common_frame_rate(videos)
+    assert f"-i cam01.mp4 -vf fps={advised_rate} " in str(error_info.value)
+
+
+def test_missing_frames_do_not_reduce_the_advised_rate(tmp_path):
+    times = [time for index, time in enumerate(REGULAR_TIMES) if index % 4 != 1]
+
+    with pytest.raises(FrameRateError, match=r"fps=30 "):
+        require_common_frame_rate(make_videos(tmp_path, cam00=times, cam01=times))
 
 
 @pytest.mark.parametrize("timescale", [30, 60, 90])
