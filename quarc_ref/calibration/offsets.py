@@ -24,7 +24,7 @@ from quarc_ref.datasets.sound import Sound, read_sound
 from quarc_ref.datasets.video import VideoReader
 
 MIN_CONFIDENCE = 2.0
-_MIN_MOTION_FRAMES = 24  # minimum number of frames for synchronization by motion
+MIN_MOTION_FRAMES = 24  # minimum number of frames for synchronization by motion
 _MAX_MOTION_FRAMES = 300  # maximum number of frames whose motion is compared
 _MAX_RELATIVE_OFFSET = 0.4  # largest offset relative to the shortest recording
 _MAX_OFFSET = 300  # frames
@@ -107,7 +107,7 @@ def find_offsets(
                 f"{', '.join(silent_cameras)}; use --sync motion"
             )
             raise CalibrationError(message)
-    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < _MIN_MOTION_FRAMES:
+    if method is SyncMethod.NONE or min(recordings.pictures.lengths) < MIN_MOTION_FRAMES:
         return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
     motions = _measure_motions(recordings, report_progress)
     max_offset = _find_max_offset(motions.values())

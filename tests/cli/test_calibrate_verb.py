@@ -1,13 +1,16 @@
 """Tests that `calibrate` passes on its options, whose effects tests/calibration/ tests."""
 
 import shutil
+from types import SimpleNamespace
 
 import cv2
 import numpy as np
+import pytest
 
 from quarc_ref.calibration import calibrate as calibrate_module
 from quarc_ref.calibration.offsets import SyncMethod
 from quarc_ref.calibration.world import Distance
+from quarc_ref.cli.verbs.calibrate import _describe_offsets
 from tests.cli.commands import list_names, run
 
 
@@ -40,3 +43,21 @@ def test_every_option_reaches_the_calibration(capture, tmp_path, monkeypatch):
     assert list(options.masks) == ["cam01"]
     assert (options.moment_count, options.sync, options.up) == (3, SyncMethod.MOTION, "cam01")
     assert options.distance == Distance("cam00", "cam03", 2.5)
+
+
+@pytest.mark.parametrize(
+    ("method", "frame_count", "text"),
+    [
+        (SyncMethod.SOUND, 10, "from sound"),
+        (SyncMethod.MOTION, 24, "from motion"),
+        (SyncMethod.NONE, 23, "not estimated; all are 0 (--sync motion needs 24 frames)"),
+        (SyncMethod.NONE, 24, "not estimated; all are 0"),  # --sync none
+    ],
+)
+def test_offsets_are_missing_for_the_reason_that_is_given(method, frame_count, text):
+    calibration = SimpleNamespace(
+        offsets=SimpleNamespace(method=method),
+        recordings=SimpleNamespace(pictures=SimpleNamespace(lengths=(60, frame_count))),
+    )
+
+    assert _describe_offsets(calibration) == text

@@ -244,7 +244,7 @@ def _print_result(
         "cameras": f"{len(solution.cameras)} of {calibration.camera_count}",
         "reprojection error": f"{solution.mean_error:.2f} px",
         "points": f"{len(calibration.points.positions):,}",
-        "offsets": _OFFSET_SOURCES[calibration.offsets.method.value],
+        "offsets": _describe_offsets(calibration),
         "up from": calibration.world.up_source,
         "seconds": f"{seconds}",
         "report": str(page),
@@ -254,11 +254,15 @@ def _print_result(
     print_columns("Cameras", [f"<{first_heading}", *other_headings], make_camera_rows(calibration))
 
 
-_OFFSET_SOURCES = {
-    "sound": "from sound",
-    "motion": "from motion",
-    "none": "not estimated; all are 0 (--sync motion needs 24 frames)",
-}
+def _describe_offsets(calibration: "Calibration") -> str:
+    from quarc_ref.calibration.offsets import MIN_MOTION_FRAMES, SyncMethod
+
+    method = calibration.offsets.method
+    if method is not SyncMethod.NONE:
+        return f"from {method.value}"
+    is_short = min(calibration.recordings.pictures.lengths) < MIN_MOTION_FRAMES
+    reason = f" (--sync motion needs {MIN_MOTION_FRAMES} frames)" if is_short else ""
+    return f"not estimated; all are 0{reason}"
 
 
 def _as_json(calibration: "Calibration") -> dict[str, object]:
