@@ -4,7 +4,7 @@ from collections.abc import Collection
 from pathlib import Path
 
 from quarc_ref.datasets.arrangements import MASK_FOLDER_NAME, is_still, is_video
-from quarc_ref.datasets.unsupported_files import is_unsupported
+from quarc_ref.datasets.unsupported_files import is_broken_link, is_unsupported
 
 _FRAME_PATTERN = "frames/"  # there, a camera without a picture is an error
 
@@ -41,7 +41,7 @@ def _explain(path: Path, *, in_folders: bool) -> str | None:
         path: The file or folder.
         in_folders: Whether the used recordings are folders of pictures.
     """
-    if path.is_symlink() and not path.exists():
+    if is_broken_link(path):
         has_suffix = is_video(path) or is_still(path) or is_unsupported(path)
         return "is a broken link" if has_suffix or not path.suffix else None
     if path.is_dir():

@@ -166,8 +166,9 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         )
         raise MissingFileError(message)
     message = (
-        f"{folder} has poses, but no {best_match[0]}, for {format_names(missing_names)}: add the "
-        "missing files, or remove the extra poses"
+        f"{folder} has poses of {format_names(missing_names)}, but no pictures, such as "
+        f"{best_match[0].replace('NAME', missing_names[0])}: add the missing files, or remove the "
+        f"extra poses{describe_unsupported_files(folder)}"
     )
     raise MissingCameraError(message)
 

@@ -33,8 +33,19 @@ def test_recordings_that_cannot_be_read_are_named(tmp_path, name):
         read_n3dv(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["cam00.mp4", "cam01", "images/cam00/0000.png"])
+def test_broken_links_are_named(tmp_path, name):
+    (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+    (tmp_path / name).symlink_to(tmp_path / "nas" / "cam00.mp4")
+
+    with pytest.raises(CalibrationError, match=rf"{name} is a broken link"):
+        find_recordings(tmp_path)
+
+
 def test_hidden_files_and_known_formats_are_not_named(tmp_path):
     for name in ("cam00.mp4", "cam01/0000.png", ".cam02.avi", "notes.txt"):
         add_file(tmp_path, name)
+    (tmp_path / "cam03.mp4").symlink_to("cam00.mp4")
+    (tmp_path / ".cam04.mp4").symlink_to("missing.mp4")
 
     assert describe_unsupported_files(tmp_path) == ""

@@ -84,9 +84,11 @@ def _find_files(folder: Path, camera_count: int) -> Files:
             f"{describe_unsupported_files(folder)}"
         )
         raise MissingFileError(message)
+    names = max(candidates, key=len)
     message = (
-        f"{folder / POSES_NAME} has {camera_count} poses, but there are {len(candidates[0])} "
-        f"cameras ({', '.join(candidates[0])}): add the missing videos, or remove the extra poses"
+        f"{folder / POSES_NAME} has {camera_count} poses, but there are {len(names)} cameras "
+        f"({', '.join(names)}): add the missing videos, or remove the extra poses"
+        f"{describe_unsupported_files(folder)}"
     )
     raise CountMismatchError(message)
 

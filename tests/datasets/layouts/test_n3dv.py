@@ -112,6 +112,23 @@ def test_missing_videos_are_named(folder):
         read_n3dv(folder)
 
 
+def test_of_a_missing_video_the_file_that_cannot_be_read_is_named(folder):
+    (folder / "cam03.mp4").rename(folder / "cam03.avi")
+
+    with pytest.raises(CountMismatchError, match=r"Files such as cam03.avi cannot be read"):
+        read_n3dv(folder)
+
+
+def test_the_arrangement_with_the_most_cameras_is_counted(folder):
+    for name in ("cam00", "cam01", "cam04"):
+        video = folder / f"{name}.mp4"
+        (folder / name).mkdir()
+        video.rename(folder / name / "0000.png")
+
+    with pytest.raises(CountMismatchError, match=r"there are 3 cameras \(cam00, cam01, cam04\)"):
+        read_n3dv(folder)
+
+
 def test_another_number_of_poses_than_videos_is_rejected(folder):
     (folder / "cam03.mp4").unlink()
 

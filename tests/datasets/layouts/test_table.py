@@ -121,7 +121,15 @@ def test_a_camera_without_pictures_is_named(built, tmp_path):
     folder = shutil.copytree(built("colmap_videos"), tmp_path / "copy")
     (folder / "cam02.mp4").unlink()
 
-    with pytest.raises(MissingCameraError, match=r"poses, but no NAME.mp4, for cam02"):
+    with pytest.raises(MissingCameraError, match=r"of cam02, but no pictures, such as cam02.mp4:"):
+        read(folder)
+
+
+def test_of_a_camera_without_pictures_the_file_that_cannot_be_read_is_named(built, tmp_path):
+    folder = shutil.copytree(built("colmap_videos"), tmp_path / "copy")
+    (folder / "cam02.mp4").rename(folder / "cam02.avi")
+
+    with pytest.raises(MissingCameraError, match=r"Files such as cam02.avi cannot be read"):
         read(folder)
 
 
