@@ -5,6 +5,7 @@ cameras' videos or picture files in every arrangement, and returns the first com
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from quarc_ref.datasets.errors import (
@@ -13,7 +14,7 @@ from quarc_ref.datasets.errors import (
     MissingCameraError,
     MissingFileError,
 )
-from quarc_ref.datasets.findings import format_names
+from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.frame_numbers import find_gap
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
@@ -171,6 +172,32 @@ def find_pictures(folder: Path, names: Sequence[str]) -> Pictures:
         f"extra poses{describe_unsupported_files(folder)}"
     )
     raise MissingCameraError(message)
+
+
+def find_cameras_without_poses(
+    folder: Path, names: Sequence[str], poses: Path
+) -> tuple[Finding, ...]:
+    """Return a finding if there are pictures next to those of the cameras, but no poses.
+
+    Folders in the capture's folder are not reported, because they need not belong to a camera.
+
+    Args:
+        folder: Folder of the capture.
+        names: Names of the cameras.
+        poses: File or folder of the poses.
+    """
+    with suppress(CaptureError):  # files of another arrangement are inconsistent
+        for pattern, files in list_arrangements(folder):
+            if all(name in files for name in names):
+                unused_names = [name for name in files if name not in names]
+                if not unused_names or pattern.startswith("NAME/"):
+                    return ()
+                message = (
+                    f"recordings of {format_names(unused_names)} have no poses in {poses}, so "
+                    "they are not used: calibrate again with more matches, or remove these files"
+                )
+                return (Finding("camera-without-pose", message),)
+    return ()
 
 
 def open_pictures(paths: Sequence[Sequence[Path]], *, reject_gaps: bool = True) -> Pictures:

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.arrangements import find_pictures, list_arrangements
+from quarc_ref.datasets.arrangements import find_cameras_without_poses, find_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, choose_near, make_pose
 from quarc_ref.datasets.capture import Points, require_finite
 from quarc_ref.datasets.colmap_cameras import make_lens
 from quarc_ref.datasets.colmap_import import pycolmap
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
-from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.layouts.colmap_sizes import require_complete_files
@@ -64,7 +64,7 @@ def read_colmap(folder: Path) -> Footage:
             path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
         ),
         findings=(
-            *_find_cameras_without_poses(folder, names, model_folder),
+            *find_cameras_without_poses(folder, names, model_folder),
             *compare_first_numbers(names, source),
             *_find_larger_models(model_folder, len(names)),
         ),
@@ -97,26 +97,6 @@ def _count_posed_images(folder: Path) -> int:
         model = pycolmap.Reconstruction(folder)
         return sum(image.has_pose for image in model.images.values())
     return 0
-
-
-def _find_cameras_without_poses(
-    folder: Path, names: Sequence[str], model_folder: Path
-) -> tuple[Finding, ...]:
-    """Return a finding if there are pictures next to those of the cameras, but no poses.
-
-    Folders in the capture's folder are not reported, because they need not belong to a camera.
-    """
-    for pattern, files in list_arrangements(folder):
-        if all(name in files for name in names):
-            unused_names = [name for name in files if name not in names]
-            if not unused_names or pattern.startswith("NAME/"):
-                return ()
-            message = (
-                f"recordings of {format_names(unused_names)} have no poses in {model_folder}, so "
-                "they are not used: calibrate again with more matches, or remove these files"
-            )
-            return (Finding("camera-without-pose", message),)
-    return ()
 
 
 _Cameras = tuple[CalibratedCamera, ...]

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from quarc_ref.datasets.arrangements import find_pictures
+from quarc_ref.datasets.arrangements import find_cameras_without_poses, find_pictures
 from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, Lens, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
@@ -50,7 +50,10 @@ def read_easymocap(folder: Path) -> Footage:
         except ValueError as error:
             message = f"{folder}: camera {name} in intri.yml or extri.yml: {error}"
             raise UnreadablePoseError(message) from error
-    findings = compare_first_numbers(names, source)
+    findings = (
+        *find_cameras_without_poses(folder, names, paths[1]),
+        *compare_first_numbers(names, source),
+    )
     return Footage(tuple(cameras), source, points=None, description_files=paths, findings=findings)
 
 

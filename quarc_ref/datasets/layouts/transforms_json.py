@@ -12,7 +12,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 
 from quarc_ref.datasets.agreement import compare_stated_rate
-from quarc_ref.datasets.arrangements import VIDEO_SUFFIXES, open_pictures
+from quarc_ref.datasets.arrangements import (
+    VIDEO_SUFFIXES,
+    find_cameras_without_poses,
+    open_pictures,
+)
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.errors import (
@@ -88,8 +92,10 @@ def _load_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
             )
             raise CountMismatchError(message)
     footage = _make_footage(path, transforms, rig)
+    names = [camera.name for camera in rig.cameras]
     finding = compare_stated_rate(footage.stated_frame_rate, footage.source.frames_per_second)
-    return replace(footage, findings=(finding,) if finding else ())
+    findings = (*find_cameras_without_poses(path.parent, names, path), finding)
+    return replace(footage, findings=tuple(filter(None, findings)))
 
 
 def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:

@@ -125,6 +125,19 @@ def test_a_camera_without_pictures_is_named(built, tmp_path):
         read(folder)
 
 
+@pytest.mark.parametrize(
+    ("name", "video"),
+    [("colmap_videos", "cam07.mp4"), ("easymocap_videos", "videos/cam07.mp4")],
+)
+def test_a_video_without_a_pose_is_named(name, video, built, tmp_path):
+    folder = shutil.copytree(built(name), tmp_path / "copy")
+    assert "camera-without-pose" not in {finding.kind for finding in read(folder).findings}
+    shutil.copy(next((folder / video).parent.glob("*.mp4")), folder / video)
+
+    (finding,) = (found for found in read(folder).findings if found.kind == "camera-without-pose")
+    assert finding.message.startswith("recordings of cam07 have no poses in ")
+
+
 def test_of_a_camera_without_pictures_the_file_that_cannot_be_read_is_named(built, tmp_path):
     folder = shutil.copytree(built("colmap_videos"), tmp_path / "copy")
     (folder / "cam02.mp4").rename(folder / "cam02.avi")

@@ -41,6 +41,21 @@ def test_videos_become_cameras_that_project_like_the_original_ones(folder, shots
     assert np.array_equal(footage.points.positions, points.positions)
 
 
+def test_videos_without_poses_are_named(folder, shots):
+    scenes.write_transforms(folder, scenes.make_video_document(shots))
+    assert read_nerfstudio(folder).findings == ()
+    for name in ("cam07.mp4", "cam07.mov"):  # of two videos of one camera, none could be used
+        shutil.copy(folder / f"{shots[3].name}.mp4", folder / name)
+    assert read_nerfstudio(folder).findings == ()
+    (folder / "cam07.mov").unlink()
+
+    (finding,) = read_nerfstudio(folder).findings
+    assert finding.kind == "camera-without-pose"
+    assert finding.message.startswith(
+        f"recordings of cam07 have no poses in {folder / 'transforms.json'}, so they are not used"
+    )
+
+
 def test_pictures_are_grouped_by_camera_and_sorted_by_time(frames_folder, shots, pictures):
     scenes.write_transforms(frames_folder, scenes.make_picture_document(shots))
     footage = read_nerfstudio(frames_folder)
