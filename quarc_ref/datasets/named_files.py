@@ -38,10 +38,10 @@ class NamedFileResolver:
             message = f"{self._description} names {name!r}, which is not a valid path: {error}"
             raise MissingFileError(message) from error
         if not is_inside:
-            message = (
-                f"{self._description} names {name}, which is outside its folder: move the "
-                "file into the folder, and use a relative path"
-            )
+            remedy = ": move the file into the folder, and use a relative path"
+            if Path(os.path.abspath(path)).is_relative_to(os.path.abspath(self._folder)):
+                remedy = ", behind a link: replace the link with the file itself, or a hard link"
+            message = f"{self._description} names {name}, which is outside its folder{remedy}"
             raise OutsideFileError(message)
         if not os.path.isfile(path):  # Unlike `Path.is_file`, `isfile` never raises an exception.
             message = f"{self._description} names {path}, which is missing or not a regular file"
