@@ -236,7 +236,7 @@ def make_camera(
         if not depths.size:
             message = (
                 f"camera {camera.name} sees none of the {len(positions)} initial points: "
-                "check its pose, or provide points of the whole scene"
+                f"{_suggest_remedy(camera, positions)}"
             )
             raise UnreadablePointsError(message)
         near = choose_near(depths)
@@ -255,6 +255,20 @@ def make_camera(
         near=near,
         held_out=held_out,
     )
+
+
+def _suggest_remedy(camera: CalibratedCamera, positions: NDArray[np.floating]) -> str:
+    """Return advice about a camera that sees no points."""
+    flip = np.diag([1.0, -1.0, -1.0])  # between the axes of OpenGL and OpenCV
+    flipped_pose = Pose(flip @ camera.pose.rotation, flip @ camera.pose.translation)
+    visible_count = len(measure_depths(replace(camera, pose=flipped_pose), positions))
+    if visible_count:
+        return (
+            f"it would see {visible_count} of them if it looked backwards, so its pose probably "
+            "has the axes of another convention; in transforms.json, they are those of OpenGL "
+            "(right, up, backwards), and in COLMAP's files those of OpenCV (right, down, forward)"
+        )
+    return "check its pose, or provide points of the whole scene"
 
 
 def _require_storable(camera: CalibratedCamera, near: float) -> None:

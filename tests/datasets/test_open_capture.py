@@ -221,7 +221,22 @@ def test_points_that_a_camera_cannot_see_are_rejected(folders, tmp_path, shots, 
     points_behind = Points(points.positions - np.float32(50.0), points.colors)
     scenes.write_transforms(folder, scenes.make_video_document(shots), points_behind)
 
-    with pytest.raises(UnreadablePointsError, match=r"cam00 sees none of the 200 initial points"):
+    with pytest.raises(UnreadablePointsError, match=r"none of the 200 initial points: check its"):
+        open_capture(folder)
+
+
+def test_poses_with_the_axes_of_opencv_are_named(folders, tmp_path, shots, points):
+    folder = shutil.copytree(folders["videos"], tmp_path / "copy")
+    document = scenes.make_video_document(shots)
+    for entry in document["frames"]:
+        matrix = np.array(entry["transform_matrix"])
+        matrix[:, 1:3] *= -1
+        entry["transform_matrix"] = matrix.tolist()
+    scenes.write_transforms(folder, document, points)
+
+    with pytest.raises(
+        UnreadablePointsError, match=r"would see \d+ .* looked backwards, .* OpenGL"
+    ):
         open_capture(folder)
 
 
