@@ -9,7 +9,14 @@ from typing import BinaryIO, NoReturn
 
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.targets import reject_folder, require_writable_file
-from quarc_ref.files import MARKER_NAME, OutputFolder, growing_folder, sync_file, sync_folder
+from quarc_ref.files import (
+    MARKER_NAME,
+    OutputFolder,
+    growing_folder,
+    name_full_disk,
+    sync_file,
+    sync_folder,
+)
 
 _PART_SUFFIX = ".part"
 _SEGMENTS_SUFFIX = ".segments"
@@ -75,7 +82,7 @@ def open_stream_file(
         try:
             if not resume:
                 _reject_partial_stream(path)
-            with _report_kept_files(path):
+            with _report_kept_files(path), name_full_disk(path):
                 yield path, file
                 sync_file(file)
         finally:

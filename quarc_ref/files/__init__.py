@@ -13,7 +13,7 @@ listed files, their temporary files and the marker are ever deleted.
 """
 
 from quarc_ref.files.atomic import atomic_file, sync_file, sync_folder, write_file
-from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.errors import OutputPathError, name_full_disk
 from quarc_ref.files.folders import growing_folder, written_folder
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.logs import open_log
@@ -26,6 +26,7 @@ __all__ = [
     "OutputPathError",
     "atomic_file",
     "growing_folder",
+    "name_full_disk",
     "open_log",
     "remove_leftovers",
     "sync_file",

@@ -5,7 +5,6 @@ and is renamed to its target when it is complete. The file gets the permissions 
 if it replaces a file with different permissions.
 """
 
-import errno
 import io
 import os
 import stat
@@ -14,10 +13,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from quarc_ref.files.errors import name_full_disk
 from quarc_ref.files.locks import CAN_LOCK, create_locked
 from quarc_ref.files.temporary_paths import PART_SUFFIX, make_temporary_path
-
-_FULL_DISK_CODES = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 @contextmanager
@@ -37,7 +35,7 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
     """
     temporary_path, file = _create_temporary_file(target)
     try:
-        with _name_target(target), file:
+        with name_full_disk(target), file:
             yield file
             if durable:
                 sync_file(file)
@@ -83,17 +81,6 @@ def sync_folder(folder: Path) -> None:
             os.fsync(descriptor)
         finally:
             os.close(descriptor)
-
-
-@contextmanager
-def _name_target(target: Path) -> Iterator[None]:
-    """Add the path of a file to the error of a write for which the disk or a quota is full."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno in _FULL_DISK_CODES and error.filename is None:
-            error.filename = str(target)
-        raise
 
 
 def _create_temporary_file(target: Path) -> tuple[Path, BinaryIO]:

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO, TextIO
 
-from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.errors import OutputPathError, name_full_disk
 from quarc_ref.files.locks import CAN_LOCK, is_still_at, lock_file, open_regular_file
 
 
@@ -28,7 +28,7 @@ def open_log(path: Path, *, keep: bool) -> Iterator[TextIO]:
         OSError: The file cannot be opened.
     """
     with _open_locked(path) as (file, is_new):
-        sink = _LogSink(file, keep=keep)
+        sink = _LogSink(file, path, keep=keep)
         try:
             try:
                 yield sink
@@ -46,12 +46,13 @@ class _LogSink(io.TextIOWrapper):
 
     Args:
         file: The file, open for reading and appending.
+        path: Path of the file.
         keep: Whether to keep the existing lines of the file.
     """
 
-    def __init__(self, file: BinaryIO, *, keep: bool) -> None:
+    def __init__(self, file: BinaryIO, path: Path, *, keep: bool) -> None:
         super().__init__(file, encoding="utf-8", write_through=False)
-        self._file, self._keep = file, keep
+        self._file, self._path, self._keep = file, path, keep
         self._is_prepared = False
 
     def write(self, text: str) -> int:
@@ -59,7 +60,13 @@ class _LogSink(io.TextIOWrapper):
         if not self._is_prepared:
             self._is_prepared = True
             _prepare(self._file, keep=self._keep)
-        return super().write(text)
+        with name_full_disk(self._path):
+            return super().write(text)
+
+    def flush(self) -> None:
+        """Write buffered text to the file."""
+        with name_full_disk(self._path):
+            super().flush()
 
 
 def _prepare(file: BinaryIO, *, keep: bool) -> None:
@@ -82,5 +89,9 @@ def _open_locked(path: Path) -> Iterator[tuple[BinaryIO, bool]]:
                 message = f"{path} is being written by another process"
                 raise OutputPathError(message)
             if is_still_at(file, path):
-                yield file, is_new
+                try:
+                    yield file, is_new
+                finally:
+                    with name_full_disk(path):
+                        file.close()
                 return

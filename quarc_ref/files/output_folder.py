@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from quarc_ref.files.atomic import atomic_file
-from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.errors import OutputPathError, name_full_disk
 from quarc_ref.files.folder_contents import contains_files, remove_listed_files
 from quarc_ref.files.locks import create_locked, lock_file, open_regular_file
 from quarc_ref.files.marker import MARKER_NAME, append_line, begin_marker, continue_marker
@@ -116,7 +116,8 @@ class OutputFolder:
         if self.has_old_files:
             self._remove_old_files()
         if line not in self._listed_names:
-            append_line(self._marker, line)
+            with name_full_disk(self.path):
+                append_line(self._marker, line)
             self._listed_names.add(line)
 
     def _remove_old_files(self) -> None:
@@ -135,7 +136,8 @@ def mark_folder(path: Path) -> OutputFolder:
     """
     marker = create_locked(path / MARKER_NAME)
     try:
-        begin_marker(marker)
+        with name_full_disk(path):
+            begin_marker(marker)
     except BaseException:
         with suppress(OSError):
             marker.close()

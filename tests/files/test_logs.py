@@ -78,3 +78,24 @@ def test_a_line_of_another_program_is_not_overwritten(tmp_path):
         log.write("second\n")
 
     assert path.read_text() == "first\nother\nsecond\n"
+
+
+@pytest.fixture
+def _limit_file_sizes():
+    resource = pytest.importorskip("resource")
+    soft_limit, hard_limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, hard_limit))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, (soft_limit, hard_limit))
+
+
+@pytest.mark.usefixtures("_limit_file_sizes")
+def test_a_log_that_becomes_too_large_is_named(tmp_path):
+    path = tmp_path / "log.jsonl"
+
+    with (
+        pytest.raises(OSError, match=r"log.jsonl") as error_info,
+        open_log(path, keep=False) as log,
+    ):
+        log.write("new\n")
+    assert error_info.value.filename == str(path)
