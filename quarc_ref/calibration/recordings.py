@@ -10,6 +10,7 @@ from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
 from quarc_ref.calibration.left_out_recordings import find_left_out_recordings
 from quarc_ref.datasets.arrangements import (
     Files,
+    describe_nested_videos,
     list_arrangements,
     list_single_pictures,
     open_pictures,
@@ -81,7 +82,7 @@ def find_recordings(folder: Path, frames_per_second: float | None = None) -> Rec
         message = (
             f"{folder} has recordings of {format_count(len(files), 'camera')}, but at least "
             f"{MIN_CAMERAS} are needed: put one video or one folder of pictures per camera into "
-            f"this folder{describe_unsupported_files(folder)}"
+            f"this folder{describe_nested_videos(folder) or describe_unsupported_files(folder)}"
         )
         raise CalibrationError(message)
     names = sorted(files, key=natural_order)

@@ -1,10 +1,13 @@
 """Errors about missing recordings name files that cannot be read."""
 
+import shutil
+
 import numpy as np
 import pytest
 
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import find_recordings
+from quarc_ref.datasets.arrangements import describe_nested_videos
 from quarc_ref.datasets.errors import MissingFileError, UnknownLayoutError
 from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.layouts.table import choose_layout
@@ -31,6 +34,20 @@ def test_recordings_that_cannot_be_read_are_named(tmp_path, name):
     np.save(tmp_path / "poses_bounds.npy", scenes.make_poses_row(scenes.make_shots()[0])[None])
     with pytest.raises(MissingFileError, match=message):
         read_n3dv(tmp_path)
+
+
+def test_videos_in_a_folder_for_each_camera_are_named(tmp_path):
+    for name in ("cam00/GX01.MP4", "cam01/GX01.MP4", "cam02/GX01.MP4", ".trash/GX01.MP4"):
+        add_file(tmp_path, name)
+    message = r"cam00/GX01.MP4 is in a folder of its own: .*, with names such as cam00.MP4$"
+
+    with pytest.raises(CalibrationError, match=message):
+        find_recordings(tmp_path)
+    with pytest.raises(UnknownLayoutError, match=message):
+        choose_layout(tmp_path)
+    shutil.rmtree(tmp_path / "cam00")
+    shutil.rmtree(tmp_path / "cam01")
+    assert describe_nested_videos(tmp_path) == ""
 
 
 @pytest.mark.parametrize("name", ["cam00.mp4", "cam01", "images/cam00/0000.png"])

@@ -7,7 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from quarc_ref.datasets.arrangements import list_picture_folders, list_videos
+from quarc_ref.datasets.arrangements import (
+    describe_nested_videos,
+    list_picture_folders,
+    list_videos,
+)
 from quarc_ref.datasets.errors import UnknownLayoutError
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.layouts.colmap import read_colmap
@@ -110,9 +114,10 @@ def _suggest_remedy(folder: Path) -> str:
     for subfolder in sorted(path for path in folder.iterdir() if path.is_dir()):
         if not all(layout.find_missing_files(subfolder) for layout in LAYOUTS):
             return f". Its subfolder {subfolder.name} is a capture: use {subfolder}"
-    video_count, folder_count = len(list_videos(folder)), len(list_picture_folders(folder))
+    video_count = max(len(list_videos(folder / name)) for name in ("", "videos"))
+    folder_count = max(len(list_picture_folders(folder / name)) for name in ("", "images"))
     if max(video_count, folder_count) < 2:
-        return describe_unsupported_files(folder)
+        return describe_nested_videos(folder) or describe_unsupported_files(folder)
     contents = (
         f"{video_count} videos"
         if video_count >= folder_count

@@ -100,8 +100,10 @@ def test_every_layout_is_listed_with_what_is_missing(tmp_path):
     assert "intri.yml" not in message
 
 
-def test_for_videos_without_poses_calibrate_is_suggested(traced_capture, tmp_path):
-    traced_capture.copy_videos(tmp_path)
+@pytest.mark.parametrize("subfolder", ["", "videos"])
+def test_for_videos_without_poses_calibrate_is_suggested(traced_capture, tmp_path, subfolder):
+    (tmp_path / subfolder).mkdir(exist_ok=True)
+    traced_capture.copy_videos(tmp_path / subfolder)
 
     with pytest.raises(
         UnknownLayoutError,
