@@ -155,6 +155,8 @@ def encode_to_joined_file(
             segments.require_finished(target, capture, options)
             return
         segment_list = _split_capture(job, capture, options, folder.path.absolute(), segment_count)
+        if write_mode.resume:
+            segments.require_same_split(segment_list, folder.path)
         options.check(capture)
         for segment in segment_list:
             folder.register(segment.file.name)

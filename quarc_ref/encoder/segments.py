@@ -17,6 +17,7 @@ from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.monitoring.monitor import NullMonitor
 from quarc_ref.encoder.progress import NullProgress, Progress
+from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 from quarc_ref.encoder.resume.differences import name_stream
 from quarc_ref.encoder.resume.partial_stream import (
     read_partial_stream,
@@ -124,6 +125,22 @@ def join_segments(segments: Sequence[Segment], sink: BinaryIO) -> None:
         join(
             [FileSource(files.enter_context(segment.file.open("rb"))) for segment in segments], sink
         )
+
+
+def require_same_split(segments: Sequence[Segment], folder: Path) -> None:
+    """Raise ResumeError if a folder has parts of segments, but none of these segments."""
+    found_names = {path.name for path in folder.glob("frames_*.quarc*") if path.stat().st_size}
+    reusable_names = {
+        name
+        for segment in segments
+        for name in (segment.file.name, checkpoint_path(segment.file).name)
+    }
+    if found_names and found_names.isdisjoint(reusable_names):
+        message = (
+            f"{folder} has segments of other frames, such as {min(found_names)}: use the same "
+            "--segments and --frames as before, or --force without --resume to start again"
+        )
+        raise ResumeError(message)
 
 
 def require_resumable(segments: Sequence[Segment], capture: Capture) -> None:

@@ -97,6 +97,21 @@ def test_segments_of_another_encode_are_rejected_before_the_others_are_encoded(
     assert "these differ: motion.lr; encode to another file" in result.stderr
 
 
+@pytest.mark.parametrize("suffix", ["", ".training"])
+def test_segments_of_another_split_are_not_discarded(capture, parts, tmp_path, monkeypatch, suffix):
+    monkeypatch.setattr(segments, "encode_segments", _raise_keyboard_interrupt)
+    file, name = tmp_path / "a.quarc", f"frames_000001_000002.quarc{suffix}"
+    folder = make_folder(tmp_path / "a.quarc.segments", name)
+    (folder / name).write_bytes(parts[1])
+    other_run = run(*_make_command(capture, file, "--segments", 3, "--resume"))
+    same_run = run(*_make_command(capture, file, "--segments", 2, "--resume"))
+
+    assert other_run.exit_code == 2
+    assert f"other frames, such as {name}: use the same --segments" in other_run.stderr
+    assert (folder / name).read_bytes() == parts[1]
+    assert same_run.exit_code == 130
+
+
 @pytest.mark.parametrize(
     ("suffix", "content", "message"),
     [
