@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO, NoReturn
 
@@ -17,6 +17,7 @@ from quarc_ref.files import (
     sync_file,
     sync_folder,
 )
+from quarc_ref.format.errors import BitstreamError, ResumeError
 
 _PART_SUFFIX = ".part"
 _SEGMENTS_SUFFIX = ".segments"
@@ -193,6 +194,8 @@ def _choose_path(target: Path, *, force: bool, live: bool, resume: bool) -> Path
         path = _choose_resumed_path(target, live=live)
     else:
         path = target if live else _get_part_path(target)
+        if not force:
+            _reject_incomplete_stream(target)
     require_writable_file(target, force=force or (resume and path == target))
     return path
 
@@ -237,6 +240,23 @@ def _reject_partial_stream(part_path: Path) -> None:
     for path in (part_path, _get_checkpoint_path(part_path)):
         if _is_nonempty(path):
             _reject_leftover(path)
+
+
+def _reject_incomplete_stream(target: Path) -> None:
+    """Raise UsageError if a file is an incomplete stream, such as that of a live encode."""
+    from quarc_ref.encoder.resume.partial_stream import read_partial_stream
+    from quarc_ref.streams.sources import FileSource
+
+    stream = None
+    if target.is_file():
+        with suppress(BitstreamError, OSError, ResumeError), target.open("rb") as file:
+            stream = read_partial_stream(FileSource(file))
+    if stream is not None and not stream.is_finished:
+        message = (
+            f"{target} is incomplete: use --resume to continue its encode, or --force to start "
+            "again"
+        )
+        raise UsageError(message)
 
 
 def _reject_leftover(path: Path) -> NoReturn:

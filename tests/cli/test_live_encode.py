@@ -71,3 +71,20 @@ def test_a_finished_live_encode_equals_any_other(capture, encoded_stream, tmp_pa
     assert run(*command, "--force").exit_code == 0
     assert (tmp_path / "a.quarc").read_bytes() == encoded_stream.file.read_bytes()
     assert list_names(tmp_path) == ["a.quarc"]
+
+
+@pytest.mark.parametrize("options", [[], ["--live"]])
+@pytest.mark.parametrize(
+    ("cut_bytes", "message"), [(1, "is incomplete: use --resume to"), (0, "exists: use --force to")]
+)
+def test_an_existing_stream_without_its_end_is_to_be_resumed(
+    capture, encoded_stream, tmp_path, options, cut_bytes, message
+):
+    file, data = tmp_path / "a.quarc", encoded_stream.file.read_bytes()
+    kept_data = data[: len(data) - cut_bytes]
+    file.write_bytes(kept_data)
+    result = run("encode", capture, "-o", file, *TINY_OPTIONS, *options)
+
+    assert result.exit_code == 2
+    assert f"{file} {message}" in result.stderr
+    assert file.read_bytes() == kept_data
