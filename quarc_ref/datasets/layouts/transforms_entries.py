@@ -1,11 +1,13 @@
 """Parses and checks nerfstudio's `transforms.json`.
 
 The file has default intrinsics, which an entry can override. Every entry has a path and a pose, and
-may have a time. Matrices map camera to world with OpenGL's axes: right, up, backwards. This module
-does not open the pictures.
+may have a time. Matrices map camera to world with OpenGL's axes: right, up, backwards. In the files
+of Blender scenes and instant-ngp, angles of view can replace the focal lengths. This module does
+not open the pictures.
 """
 
 import json
+import math
 from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -147,16 +149,49 @@ def _parse_lens(values: Mapping[str, object]) -> Lens:
     coefficients = [
         _get_number(values, name) if name in values else 0.0 for name in _COEFFICIENT_NAMES[model]
     ]
+    fx, fy, cx, cy = _parse_pinhole(values, width, height)
     return Lens(
         width=int(width),
         height=int(height),
-        fx=_get_number(values, "fl_x"),
-        fy=_get_number(values, "fl_y"),
-        cx=_get_number(values, "cx"),
-        cy=_get_number(values, "cy"),
+        fx=fx,
+        fy=fy,
+        cx=cx,
+        cy=cy,
         coefficients=tuple(coefficients),
         fisheye=model == _FISHEYE_MODEL,
     )
+
+
+def _parse_pinhole(
+    values: Mapping[str, object], width: float, height: float
+) -> tuple[float, float, float, float]:
+    """Return fl_x, fl_y, cx and cy in pixels.
+
+    Without `fl_x`, they follow from `camera_angle_x`. Pixels are then square unless there is a
+    `camera_angle_y`, and the principal point is the center unless it is given.
+    """
+    if "fl_x" in values or "camera_angle_x" not in values:
+        return (
+            _get_number(values, "fl_x"),
+            _get_number(values, "fl_y"),
+            _get_number(values, "cx"),
+            _get_number(values, "cy"),
+        )
+    fx = fy = _focal_length(values, "camera_angle_x", width)
+    if "camera_angle_y" in values:
+        fy = _focal_length(values, "camera_angle_y", height)
+    cx = _get_number(values, "cx") if "cx" in values else width / 2
+    cy = _get_number(values, "cy") if "cy" in values else height / 2
+    return fx, fy, cx, cy
+
+
+def _focal_length(values: Mapping[str, object], key: str, size: float) -> float:
+    """Return the focal length in pixels of an angle of view in radians over a picture's size."""
+    angle = _get_number(values, key)
+    if not 0 < angle < math.pi:
+        message = f"'{key}' is {angle:g}, but it must be an angle between 0 and pi radians"
+        raise ValueError(message)
+    return size / (2 * math.tan(angle / 2))
 
 
 def _get_number(values: Mapping[str, object], key: str) -> float:

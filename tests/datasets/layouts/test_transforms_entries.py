@@ -1,4 +1,5 @@
 import json
+import math
 
 import numpy as np
 import pytest
@@ -33,6 +34,24 @@ def test_shared_intrinsics_hold_for_every_entry_unless_it_has_its_own(path):
     assert first.lens.coefficients[:2] == (0, 0.2)
     assert second.lens.fx == 50
     assert second.lens.coefficients[:2] == (0.1, 0.2)
+
+
+def test_angles_of_view_replace_missing_focal_lengths(path):
+    sizes = {"w": 48, "h": 32, "camera_angle_x": math.pi / 2}
+    own = {**FRAME, "camera_angle_y": 2 * math.atan(0.5), "cx": 20, "cy": 15}
+    first, second = read(path, {**sizes, "frames": [FRAME, own]}).entries
+
+    assert (first.lens.fx, first.lens.fy, first.lens.cx, first.lens.cy) == pytest.approx(
+        (24, 24, 24, 16)
+    )
+    assert (second.lens.fx, second.lens.fy) == pytest.approx((24, 32))
+    assert (second.lens.cx, second.lens.cy) == (20, 15)
+
+
+def test_focal_lengths_take_precedence_over_angles_of_view(path):
+    (entry,) = read(path, {**SHARED, "camera_angle_x": 1.0, "frames": [FRAME]}).entries
+
+    assert (entry.lens.fx, entry.lens.fy) == (40, 41.5)
 
 
 class SharedEntries(dict):
@@ -147,6 +166,7 @@ def test_rate_points_and_times_are_read_from_their_keys(path):
         ({**SHARED, "frames": [{**FRAME, "transform_matrix": [[1], [1, 2]]}]}, "frame a.png"),
         ({**SHARED, "frames": [{**FRAME, "transform_matrix": "abc"}]}, "frame a.png"),
         ({**SHARED, "frames": [{**FRAME, "fl_x": "40"}]}, "frame a.png: 'fl_x' is missing, or no"),
+        ({"w": 48, "h": 32, "camera_angle_x": 4, "frames": [FRAME]}, "between 0 and pi radians"),
         ({**SHARED, "frames": [{**FRAME, "fl_x": True}]}, "'fl_x' is missing, or no"),
         ({**SHARED, "frames": [{**FRAME, "fl_x": -1}]}, "must be positive"),
         ({**SHARED, "frames": [{**FRAME, "fl_x": 10**400}]}, "too large"),
