@@ -5,6 +5,7 @@ import type { FramePacket, PlayerFault, StreamInfo } from "./protocol.js";
 /** A screen that shows frames, one at a time. */
 export interface Screen {
   readonly isBusy: boolean;
+  readonly isInHeadset: boolean;
   begin(info: StreamInfo): void;
   /** Show a frame; its Gaussians move there from the previous frame in `motionMs`. */
   show(packet: FramePacket, motionMs?: number): void;

@@ -288,11 +288,12 @@ export class Playback {
     const now = performance.now();
     const isLate = now - this.#dueTime > durationMs;
     if (isLate && this.#isPlaying && !this.#isBeforeFirstFrame) this.lateFrames += 1;
-    const isSlowMotion = this.#isPlaying && this.speed < 1 && !this.#isBeforeFirstFrame;
+    // A headset draws each frame several times, also at normal speed.
+    const isSmooth = this.#isPlaying && !this.#isBeforeFirstFrame && (this.speed < 1 || this.#screen.isInHeadset);
     this.#dueTime = isLate || this.#isBeforeFirstFrame ? now + durationMs : this.#dueTime + durationMs;
     this.#isBeforeFirstFrame = false;
     this.#pendingSteps = Math.max(0, this.#pendingSteps - 1);
-    this.#screen.show(packet, isSlowMotion ? durationMs : 0);
+    this.#screen.show(packet, isSmooth ? durationMs : 0);
     this.#link.allowFrames(1);
   }
 

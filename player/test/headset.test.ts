@@ -1,12 +1,12 @@
 /** The scene in a headset: the placement of its eyes, and playback in an emulated headset. */
 
 import assert from "node:assert/strict";
-import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { eyeAxis, eyeCenter, type Eye, type Vector } from "../src/draw/eye.js";
 import { type Pose } from "../src/view/pose.js";
 import { eyeFromView, moveHeadset, placeHeadset, turnHeadset } from "../src/vr/placement.js";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
+import { makeEmulatorScript, SIZE } from "./emulator.js";
 import { type Pixels } from "./png.js";
 
 const UP: Vector = [0, 1, 0];
@@ -115,15 +115,6 @@ test("turning leaves the head where it is", () => {
   assertClose(eyeAxis(after, 2), [1, 0, 0]); // +z turned to the left, where -x is on the right
 });
 
-const readEmulator = (): string =>
-  readFileSync(new URL("../node_modules/iwer/build/iwer.min.js", import.meta.url), "utf8");
-const SIZE = { width: 320, height: 240 }; // software draws small pictures faster
-const START_EMULATOR = `
-  window.headset = new IWER.XRDevice(IWER.metaQuest3);
-  headset.installRuntime({ forceInstall: true });
-  headset.stereoEnabled = true;
-  headset.ipd = 0.2;`;
-
 browserTest("without a headset, there is no button for it, and entering fails", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);
@@ -133,7 +124,7 @@ browserTest("without a headset, there is no button for it, and entering fails", 
 });
 
 browserTest("a headset shows the scene to two eyes, its trigger plays, and its sticks move", async () => {
-  await using page = await PlayerPage.open({ ...SIZE, initScript: readEmulator() + START_EMULATOR });
+  await using page = await PlayerPage.open({ ...SIZE, initScript: makeEmulatorScript() });
   await page.waitUntil((player) => player.frame === 0);
   const camera = await page.run(({ player }) => player?.camera);
   await page.page.locator("quarc-player #headset").click();
@@ -175,7 +166,7 @@ browserTest("a headset shows the scene to two eyes, its trigger plays, and its s
 });
 
 browserTest("a headset can be left and entered at any time", async () => {
-  await using page = await PlayerPage.open({ ...SIZE, initScript: readEmulator() + START_EMULATOR });
+  await using page = await PlayerPage.open({ ...SIZE, initScript: makeEmulatorScript() });
   await page.waitUntil((player) => player.frame === 0);
   const results = await page.run(async ({ player }) => {
     if (player === null) return [];
@@ -221,7 +212,7 @@ browserTest("the canvas is drawn again after a session that ends while it is ent
     navigator.xr.requestSession = async (mode) => (window.session = await requestSession(mode));
     const compatible = { value: () => session.end(), configurable: true };
     Object.defineProperty(WebGL2RenderingContext.prototype, "makeXRCompatible", compatible);`;
-  await using page = await PlayerPage.open({ ...SIZE, initScript: readEmulator() + START_EMULATOR + endSession });
+  await using page = await PlayerPage.open({ ...SIZE, initScript: makeEmulatorScript() + endSession });
   await page.waitUntil((player) => player.frame === 0);
   const error = await page.run(({ player }) => player?.enterHeadset().catch(({ name }: Error) => name));
   assert.notEqual(error, undefined);
@@ -233,7 +224,7 @@ browserTest("the canvas is drawn again after a session that ends while it is ent
 
 browserTest("in a headset, its position, the stream and the graphics context may be lost", async () => {
   const expectedErrors = /onDeviceFrame/; // of the emulator, without a context
-  await using page = await PlayerPage.open({ ...SIZE, initScript: readEmulator() + START_EMULATOR, expectedErrors });
+  await using page = await PlayerPage.open({ ...SIZE, initScript: makeEmulatorScript(), expectedErrors });
   await page.waitUntil((player) => player.frame === 0);
   await page.page.evaluate(`
     const { shadowRoot } = document.querySelector("quarc-player");

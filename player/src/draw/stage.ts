@@ -134,6 +134,10 @@ export class Stage {
     this.#sortIfViewTurned();
   }
 
+  get isInHeadset(): boolean {
+    return this.#isInHeadset;
+  }
+
   /** Draw only in a headset, by `paintHeadset`, or on the canvas again. */
   set isInHeadset(isInHeadset: boolean) {
     this.#isInHeadset = isInHeadset;
