@@ -266,7 +266,8 @@ def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator
             "pixels that their poses predict. If other cameras are fine, these poses are wrong: "
             "calibrate again with more matches (calibrate --moments 16), or check that pose, "
             "intrinsics and picture belong to the same camera. If many cameras are listed, the "
-            f"points probably belong to another scene or time{_suggest_holding_out(capture, names)}"
+            "points probably belong to another scene or time, or all poses have the axes of "
+            f"another convention{_suggest_holding_out(capture, names)}"
         )
         yield Finding("pose-disagrees", message, names)
 
