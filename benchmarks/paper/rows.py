@@ -156,8 +156,9 @@ def _compose_row(
 ) -> Row:
     """Return the row of a trial from its measurements."""
     seed = task.trial.config.seed
+    ordinals = [frame.frame for frame in frames]
     protocol = make_protocol(
-        capture, capture.cameras, len(frames), seed, capture.fingerprint
+        capture, capture.cameras, ordinals, seed, capture.fingerprint
     ).as_json()
     metrics = {"psnr": PSNR_VARIANT, "ssim": SSIM_VARIANT, "psnr_moving": MOVING_VARIANT}
     if lpips is not None:

@@ -96,7 +96,7 @@ def make_row(task: Task) -> None:
         "seconds_frame": seconds["frame"] if task.frames > 1 else None,
     }
     seed, fingerprint = task.config.seed, capture.fingerprint
-    protocol = make_protocol(capture, capture.cameras, task.frames, seed, fingerprint)
+    protocol = make_protocol(capture, capture.cameras, range(task.frames), seed, fingerprint)
     row = {
         "name": task.name,
         "capture": task.capture,

@@ -88,7 +88,7 @@ def evaluate_stream(
         on_progress("evaluate", index + 1, frame_count)
     encoded_from = summary.metadata.get("fingerprint")
     protocol = replace(
-        make_protocol(capture, summary.cameras, frame_count, summary.header.seed, encoded_from),
+        make_protocol(capture, summary.cameras, frames, summary.header.seed, encoded_from),
         metrics=camera_group.variants,
     )
     return Evaluation(summary, camera_group.quality, frames, tuple(shown_views), protocol)

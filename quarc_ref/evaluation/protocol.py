@@ -29,7 +29,8 @@ class Protocol:
         training_cameras: Names of the training cameras.
         held_out_cameras: Names of the measured cameras.
         resolution: Width and height of the first held-out camera.
-        frame_count: Number of measured frames.
+        first_frame: Ordinal of the first measured frame.
+        frame_count: Number of measured frames, which are consecutive.
         seed: Seed of all random numbers of the encoder.
         renderer: Description of the renderer.
         versions: Versions of this package, the format and installed libraries.
@@ -42,6 +43,7 @@ class Protocol:
     training_cameras: tuple[str, ...]
     held_out_cameras: tuple[str, ...]
     resolution: tuple[int, int]
+    first_frame: int
     frame_count: int
     seed: int
     renderer: str
@@ -64,6 +66,7 @@ class Protocol:
                 "held_out": list(self.held_out_cameras),
             },
             "resolution": list(self.resolution),
+            "first_frame": self.first_frame,
             "frames": self.frame_count,
             "seed": self.seed,
             "renderer": self.renderer,
@@ -80,7 +83,7 @@ class Protocol:
             "training cameras": ", ".join(self.training_cameras),
             "held-out cameras": ", ".join(self.held_out_cameras),
             "resolution": " x ".join(map(str, self.resolution)),
-            "frames": str(self.frame_count),
+            "frames": f"{self.frame_count}, from frame {self.first_frame}",
             "seed": str(self.seed),
             "renderer": self.renderer,
             "versions": ", ".join(f"{name} {number}" for name, number in self.versions.items()),
@@ -91,7 +94,7 @@ class Protocol:
 def make_protocol(
     capture: Capture,
     cameras: Sequence[Camera],
-    frame_count: int,
+    frames: Sequence[int],
     seed: int,
     encoded_from: str | None,
 ) -> Protocol:
@@ -100,7 +103,7 @@ def make_protocol(
     Args:
         capture: The capture whose held-out pictures are the ground truth.
         cameras: Cameras of the stream, at least one of which is held out.
-        frame_count: Number of measured frames.
+        frames: Ordinals of the measured frames, which are consecutive.
         seed: Seed of the stream.
         encoded_from: Fingerprint that the stream contains; None if there is no fingerprint.
     """
@@ -112,7 +115,8 @@ def make_protocol(
         tuple(camera.name for camera in cameras if not camera.held_out),
         tuple(camera.name for camera in held_out_cameras),
         (held_out_cameras[0].width, held_out_cameras[0].height),
-        frame_count,
+        frames[0],
+        len(frames),
         seed,
         RENDERER,
         list_versions(),

@@ -145,7 +145,8 @@ def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
     )
 
     assert requested_frames["psnr_per_frame"] == all_frames["psnr_per_frame"][1:3]
-    assert requested_frames["protocol"]["frames"] == 2
+    protocol = requested_frames["protocol"]
+    assert (protocol["first_frame"], protocol["frames"]) == (1, 2)
     assert run("eval", encoded_stream.file, capture, "--frames", "3:").exit_code == 2
 
 

@@ -21,7 +21,7 @@ def test_the_protocol_lists_everything_that_affects_a_figure(protocol, capture):
     assert protocol["fingerprint"] == capture.fingerprint
     assert protocol["cameras"] == {"training": ["cam00", "cam03"], "held_out": ["cam01", "cam04"]}
     assert protocol["resolution"] == [48, 32]
-    assert protocol["frames"] == 4
+    assert (protocol["first_frame"], protocol["frames"]) == (0, 4)
     assert protocol["seed"] == 5
     assert "numba" in protocol["renderer"]
     assert "ssim_inria" in protocol["metrics"]["ssim"]
@@ -65,7 +65,7 @@ def test_a_stream_of_another_capture_is_measured_only_on_request(folder, capture
 
 
 def test_a_stream_that_names_no_capture_is_reported(capture):
-    protocol = make_protocol(capture, capture.cameras, 4, 0, None)
+    protocol = make_protocol(capture, capture.cameras, range(4), 0, None)
 
     assert protocol.as_texts()["encoded from"] == "unknown: the stream has no fingerprint"
     assert protocol.is_same_capture is None
