@@ -151,7 +151,7 @@ FAULTS = {
     change_frame_rate: ("frame-rate", ()),
     scale_video: ("unreadable-pose", ()),
     shorten_video: ("uneven-lengths", (CAMERA,)),
-    truncate_video: ("unreadable-video", ()),
+    truncate_video: ("truncated-video", ()),
     add_rotation_flag: ("rotation-flags", (CAMERA,)),
     record_in_hdr: ("hdr-video", (CAMERA,)),
     darken_video: ("exposure-differs", (CAMERA,)),
