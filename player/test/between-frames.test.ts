@@ -1,53 +1,19 @@
-/** Motion between frames, in slow motion and in a headset; a pause shows an exact frame. */
+/** Pictures between two frames, in slow motion and in a headset; a pause shows an exact frame. */
 
 import assert from "node:assert/strict";
 import { browserTest, PlayerPage } from "./browser.js";
 import { makeEmulatorScript, SIZE } from "./emulator.js";
 import type { Pixels } from "./png.js";
 
-const SLOW_SPEED = 0.002; // a frame lasts 17 seconds
+const SLOW_SPEED = 0.0005; // a frame lasts a minute
 
-/** Take a picture of the scene, without the buttons below it. */
-async function takeScenePixels(page: PlayerPage): Promise<number[]> {
-  const { width, height, pixelAt }: Pixels = await page.takeScreenshot();
-  const pixels = [];
-  for (let y = 0; y < height / 2; y++) for (let x = 0; x < width; x++) pixels.push(...pixelAt(x, y));
-  return pixels;
-}
-
-function measureDifference(first: readonly number[], second: readonly number[]): number {
-  return first.reduce((sum, value, index) => sum + Math.abs(value - (second[index] ?? 0)), 0);
-}
-
-const showFrame = async (page: PlayerPage, frame: number): Promise<number[]> => {
-  await page.setFrame(frame);
-  return takeScenePixels(page);
-};
-
-browserTest("slow motion shows pictures between two frames, and a pause shows the frame", async () => {
-  await using page = await PlayerPage.open({ attributes: `speed="${SLOW_SPEED}"` });
-  await page.waitUntil((player) => player.frame === 0);
-  for (const frame of [5, 17]) { // both have births
-    const after = await showFrame(page, frame);
-    const before = await showFrame(page, frame - 1);
-    await page.run((player) => player.play());
-    await page.page.waitForFunction(`document.querySelector("quarc-player").frame === ${frame}`);
-    const picture = await takeScenePixels(page);
-    const [fromBefore, toAfter, step] = [[before, picture], [picture, after], [before, after]].map(([first, second]) =>
-      measureDifference(first!, second!),
-    ) as [number, number, number];
-    assert.ok(Math.max(fromBefore, toAfter) < 1.5 * step, `frame ${frame}: ${fromBefore}, ${toAfter}, ${step}`);
-    assert.ok(toAfter > 0.1 * step, `frame ${frame} did not move`);
-    await page.run((player) => player.pause());
-    const pausedPicture = await takeScenePixels(page);
-    // Gaussians at the same depth may be drawn in another order.
-    assert.ok(pausedPicture.every((value, index) => Math.abs(value - (after[index] ?? 0)) <= 2), `frame ${frame}, paused`);
-  }
-});
-
-/** Lists the values of the shader's uniform `progress` that are below 1, when it draws between two frames. */
-const RECORD_PROGRESS = `
+/**
+ * Lists the values of the shader's uniform `progress` that are below 1, when it draws between two frames. Instead of
+ * them, it uses `forcedProgress` unless that is null.
+ */
+const WATCH_PROGRESS = `
   window.between = [];
+  window.forcedProgress = null;
   const { getUniformLocation, uniform1f } = WebGL2RenderingContext.prototype;
   const locations = new Set();
   WebGL2RenderingContext.prototype.getUniformLocation = function (program, name) {
@@ -56,12 +22,59 @@ const RECORD_PROGRESS = `
     return location;
   };
   WebGL2RenderingContext.prototype.uniform1f = function (location, value) {
-    if (locations.has(location) && value < 1) between.push(value);
-    uniform1f.call(this, location, value);
+    const isBetween = locations.has(location) && value < 1;
+    if (isBetween) between.push(value);
+    uniform1f.call(this, location, isBetween ? (forcedProgress ?? value) : value);
   };`;
 
+/** Take a picture of the scene, without the timeline and the buttons below it. */
+async function takeScenePixels(page: PlayerPage): Promise<number[]> {
+  const { width, height, pixelAt }: Pixels = await page.takeScreenshot();
+  const pixels = [];
+  for (let y = 0; y < height / 2; y++) for (let x = 0; x < width; x++) pixels.push(...pixelAt(x, y));
+  return pixels;
+}
+
+async function takeFrame(page: PlayerPage, frame: number): Promise<number[]> {
+  await page.setFrame(frame);
+  return takeScenePixels(page);
+}
+
+/** Take a picture between the previous frame (0) and the current frame (1). */
+async function takePictureBetween(page: PlayerPage, progress: number): Promise<number[]> {
+  await page.page.evaluate(`between = []; forcedProgress = ${progress}`);
+  await page.page.waitForFunction("between.length > 2");
+  return takeScenePixels(page);
+}
+
+function measureDifference(first: readonly number[], second: readonly number[]): number {
+  return first.reduce((sum, value, index) => sum + Math.abs(value - (second[index] ?? 0)), 0);
+}
+
+browserTest("slow motion shows pictures between two frames, and a pause shows the frame", async () => {
+  await using page = await PlayerPage.open({ attributes: `speed="${SLOW_SPEED}"`, initScript: WATCH_PROGRESS });
+  await page.waitUntil((player) => player.frame === 0);
+  for (const frame of [5, 17]) { // both have births
+    const after = await takeFrame(page, frame);
+    const before = await takeFrame(page, frame - 1);
+    const change = measureDifference(before, after);
+    await page.run((player) => player.play());
+    await page.page.waitForFunction(`document.querySelector("quarc-player").frame === ${frame}`);
+    for (const progress of [0, 0.5, 0.999]) {
+      const picture = await takePictureBetween(page, progress);
+      const shares = [before, after].map((end) => measureDifference(picture, end) / change) as [number, number];
+      const message = `frame ${frame}, ${progress}: ${shares.join(", ")}`;
+      assert.ok(Math.abs(shares[0] - progress) < 0.15 && Math.abs(shares[1] - (1 - progress)) < 0.15, message);
+    }
+    await page.run((player) => player.pause());
+    const pausedPicture = await takeScenePixels(page);
+    // Gaussians at the same depth may be drawn in another order.
+    assert.ok(pausedPicture.every((value, index) => Math.abs(value - (after[index] ?? 0)) <= 2), `frame ${frame}, paused`);
+  }
+});
+
 browserTest("at normal speed, only a headset shows pictures between two frames", async () => {
-  await using page = await PlayerPage.open({ ...SIZE, attributes: "loop", initScript: makeEmulatorScript() + RECORD_PROGRESS });
+  await using page = await PlayerPage.open({ ...SIZE, attributes: "loop", initScript: makeEmulatorScript() + WATCH_PROGRESS });
   await page.waitUntil((player) => player.frame === 0);
   await page.run((player) => player.play());
   await page.waitUntil((player) => (player.frame ?? 0) > 3);

@@ -74,7 +74,7 @@ class StartError(TooFewFramesError):
 
 
 class TruncatedVideoError(CaptureError):
-    """A video has fewer frames than its header states, or ends before a requested frame."""
+    """A video has fewer frames than its header states, or no frame table, or ends too early."""
 
 
 class UnreadableVideoError(CaptureError):

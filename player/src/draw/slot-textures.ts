@@ -12,6 +12,8 @@ import { buildProgram, DrawingError } from "./programs.js";
 export const ROW_BITS = 11;
 const ROW_SLOTS = 1 << ROW_BITS;
 const INITIAL_ROWS = 8;
+const OPACITY_COLUMN = 3; // of the codes
+const TRANSPARENT = -0x8000; // the smallest code
 
 /** Textures that are written together; every slot has a texel in each texture. */
 interface Layer {
@@ -30,50 +32,63 @@ interface Layer {
 
 export class SlotTextures {
   readonly #gl: WebGL2RenderingContext;
-  readonly #motionLayer: Layer;
-  readonly #codeLayer: Layer;
-  readonly #pastLayer: Layer; // the motion layer before the current frame
+  readonly #layers: readonly [Layer, Layer];
+  /** The layers before the current frame; they have their own textures and framebuffers. Empty until they are needed. */
+  #pastLayers: readonly Layer[] = [];
   #rowCount = 0;
 
   constructor(gl: WebGL2RenderingContext, shDegree: number) {
     this.#gl = gl;
-    this.#motionLayer = makeLayer(gl, gl.RGBA32I, gl.INT, [3, 4], true);
-    this.#codeLayer = makeLayer(gl, gl.RGBA16I, gl.SHORT, shDegree > 0 ? [4, 4, 4, 4] : [4, 3], false);
-    this.#pastLayer = makeLayer(gl, gl.RGBA32I, gl.INT, [3, 4], true);
-  }
-
-  /** The textures of positions, rotations, positions and rotations before the frame, and codes, with four codes each. */
-  get textures(): readonly WebGLTexture[] {
-    return [...this.#motionLayer.textures, ...this.#pastLayer.textures, ...this.#codeLayer.textures];
+    const motionLayer = makeLayer(gl, gl.RGBA32I, gl.INT, [3, 4], true);
+    const codeLayer = makeLayer(gl, gl.RGBA16I, gl.SHORT, shDegree > 0 ? [4, 4, 4, 4] : [4, 3], false);
+    this.#layers = [motionLayer, codeLayer];
   }
 
   /**
-   * Upload the changes of a frame. With `keepsPast`, the positions and rotations before the frame are kept as well; those
-   * of births are the same as in the frame.
+   * The textures of positions, of rotations, and of the codes, which have four codes each; then those of the values
+   * before the frame, in the same order.
    */
+  get textures(): readonly WebGLTexture[] {
+    const pastLayers = this.#pastLayers.length > 0 ? this.#pastLayers : this.#layers;
+    return [...this.#layers, ...pastLayers].flatMap((layer) => layer.textures);
+  }
+
+  /** Upload the changes of a frame. With `keepsPast`, keep the values before the frame as well. */
   apply(packet: FramePacket, keepsPast: boolean): void {
-    this.#reserve(packet.slotLimit, !packet.isFull);
-    if (keepsPast) {
-      this.#pastLayer.textures.forEach((texture, index) => copyRows(this.#gl, this.#motionLayer, index, texture, this.#rowCount));
-      this.#write(this.#pastLayer, packet.bornSlots, gatherMotion(packet, packet.bornSlots));
-    }
-    this.#write(this.#motionLayer, packet.movedSlots, [packet.positions, packet.rotations]);
-    this.#write(this.#codeLayer, packet.codedSlots, [packet.codes]);
+    const { slotLimit, isFull, movedSlots, positions, rotations, codedSlots, codes } = packet;
+    this.#reserve(slotLimit, !isFull);
+    if (keepsPast) this.#keepPast(packet);
+    this.#write(this.#layers[0], movedSlots, [positions, rotations]);
+    this.#write(this.#layers[1], codedSlots, [codes]);
   }
 
   dispose(): void {
     const gl = this.#gl;
     for (const layer of this.#layers) {
-      for (const texture of layer.textures) gl.deleteTexture(texture);
       for (const buffer of [layer.slotBuffer, ...layer.valueBuffers]) gl.deleteBuffer(buffer);
-      gl.deleteFramebuffer(layer.framebuffer);
       gl.deleteVertexArray(layer.vertices);
       gl.deleteProgram(layer.program);
     }
+    for (const layer of [...this.#layers, ...this.#pastLayers]) deleteTextures(gl, layer);
   }
 
-  get #layers(): readonly Layer[] {
-    return [this.#motionLayer, this.#pastLayer, this.#codeLayer];
+  /** Copy all values to the past layers; births are transparent in the past, and otherwise as in the frame. */
+  #keepPast({ bornSlots, movedSlots, positions, rotations, codedSlots, codes }: FramePacket): void {
+    if (this.#pastLayers.length === 0) {
+      this.#pastLayers = this.#layers.map((layer) => ({ ...layer, textures: [], framebuffer: null }));
+      for (const layer of this.#pastLayers) enlarge(this.#gl, layer, this.#rowCount, 0);
+    }
+    this.#layers.forEach((layer, index) => {
+      const { textures } = this.#pastLayers[index] as Layer;
+      textures.forEach((texture, number) => copyRows(this.#gl, layer, number, texture, this.#rowCount));
+    });
+    const [motionLayer, codeLayer] = this.#pastLayers as [Layer, Layer];
+    const movedRows = findRows(movedSlots, bornSlots);
+    this.#write(motionLayer, bornSlots, [gatherRows(positions, 3, movedRows), gatherRows(rotations, 4, movedRows)]);
+    const width = codes.length / Math.max(1, codedSlots.length);
+    const bornCodes = gatherRows(codes, width, findRows(codedSlots, bornSlots));
+    for (let index = OPACITY_COLUMN; index < bornCodes.length; index += width) bornCodes[index] = TRANSPARENT;
+    this.#write(codeLayer, bornSlots, [bornCodes]);
   }
 
   #write(layer: Layer, slots: Uint32Array, values: readonly ArrayBufferView[]): void {
@@ -105,7 +120,8 @@ export class SlotTextures {
       throw new DrawingError(`the stream needs ${slotLimit} slots, more than this graphics card supports`);
     }
     const rows = Math.min(maxRows, Math.max(neededRows, Math.ceil(1.5 * this.#rowCount)));
-    for (const layer of this.#layers) enlarge(this.#gl, layer, rows, keepsContents ? this.#rowCount : 0);
+    const copiedRows = keepsContents ? this.#rowCount : 0;
+    for (const layer of [...this.#layers, ...this.#pastLayers]) enlarge(this.#gl, layer, rows, copiedRows);
     this.#rowCount = rows;
   }
 }
@@ -177,10 +193,14 @@ function enlarge(gl: WebGL2RenderingContext, layer: Layer, rows: number, copiedR
   if (!isComplete && !gl.isContextLost()) {
     throw new DrawingError("this graphics card cannot draw into integer textures");
   }
-  for (const texture of layer.textures) gl.deleteTexture(texture);
-  gl.deleteFramebuffer(layer.framebuffer);
+  deleteTextures(gl, layer);
   layer.textures = textures;
   layer.framebuffer = framebuffer;
+}
+
+function deleteTextures(gl: WebGL2RenderingContext, layer: Layer): void {
+  for (const texture of layer.textures) gl.deleteTexture(texture);
+  gl.deleteFramebuffer(layer.framebuffer);
 }
 
 /** Copy the first rows of a texture of a layer to another texture. */
@@ -191,16 +211,17 @@ function copyRows(gl: WebGL2RenderingContext, layer: Layer, index: number, textu
   gl.copyTexSubImage2D(gl.TEXTURE_2D, 0, 0, 0, 0, 0, ROW_SLOTS, rows);
 }
 
-/** Return the positions and rotations of some of the slots that a packet moves; both lists are ascending. */
-function gatherMotion({ movedSlots, positions, rotations }: FramePacket, slots: Uint32Array): [Int32Array, Int32Array] {
-  const [somePositions, someRotations] = [new Int32Array(3 * slots.length), new Int32Array(4 * slots.length)];
+/** Return the index of each of some slots in a list that contains them; both lists are ascending. */
+function findRows(slots: Uint32Array, someSlots: Uint32Array): Uint32Array {
   let row = 0;
-  slots.forEach((slot, index) => {
-    row = movedSlots.indexOf(slot, row);
-    somePositions.set(positions.subarray(3 * row, 3 * row + 3), 3 * index);
-    someRotations.set(rotations.subarray(4 * row, 4 * row + 4), 4 * index);
-  });
-  return [somePositions, someRotations];
+  return someSlots.map((slot) => (row = slots.indexOf(slot, row)));
+}
+
+/** Return some rows of an array whose rows have `width` values. */
+function gatherRows<T extends Int32Array | Int16Array>(values: T, width: number, rows: Uint32Array): T {
+  const gathered = new (values.constructor as new (length: number) => T)(width * rows.length);
+  rows.forEach((row, index) => gathered.set(values.subarray(width * row, width * (row + 1)), width * index));
+  return gathered;
 }
 
 function upload(gl: WebGL2RenderingContext, buffer: WebGLBuffer, data: ArrayBufferView): void {

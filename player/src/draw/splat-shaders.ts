@@ -7,8 +7,8 @@ export const INSTANCE_SPLATS = 16;
 
 /** Names of the samplers of the vertex shader, in the order of their texture units. */
 export function samplerNames(shDegree: number): readonly string[] {
-  const names = ["positions", "rotations", "pastPositions", "pastRotations", "shapes", "base"];
-  return shDegree > 0 ? [...names, "rest0", "rest1"] : names;
+  const names = ["positions", "rotations", "shapes", "base", ...(shDegree > 0 ? ["rest0", "rest1"] : [])];
+  return [...names, ...names.map((name) => `${name}Before`)]; // the values before the frame
 }
 
 /** Return the source of the vertex shader. A vertex is a corner of the box around the ellipse where alpha is 1/255. */
@@ -50,8 +50,31 @@ mat3 turn(vec4 q) { // q is x, y, z and w of the quaternion
     2.0 * (s.y + t.y), 2.0 * (s.x - t.x), 1.0 - 2.0 * (d.x + d.y));
 }
 
-vec3 colorOf(ivec2 at, ivec4 base4, vec3 world) {
-  vec3 color = 0.5 + 0.28209479177387814 * steps.z * vec3(base4.xyz);
+// The values of a slot between the previous frame and this one.
+vec4 valuesOf(isampler2D values, isampler2D valuesBefore, ivec2 at) {
+  vec4 now = vec4(texelFetch(values, at, 0));
+  return progress < 1.0 ? mix(vec4(texelFetch(valuesBefore, at, 0)), now, progress) : now;
+}
+
+vec4 rotationOf(ivec2 at) {
+  vec4 now = normalize(vec4(texelFetch(rotations, at, 0)));
+  if (progress >= 1.0) return now;
+  vec4 before = normalize(vec4(texelFetch(rotationsBefore, at, 0)));
+  return normalize(mix(dot(before, now) < 0.0 ? -before : before, now, progress));
+}
+
+float activate(int code) {
+  return min(0.99, 1.0 / (1.0 + exp(min(80.0, -steps.y * float(code))))); // without overflow
+}
+
+float opacityOf(ivec2 at) {
+  float now = activate(texelFetch(shapes, at, 0).w);
+  return progress < 1.0 ? mix(activate(texelFetch(shapesBefore, at, 0).w), now, progress) : now;
+}
+
+vec3 colorOf(ivec2 at, vec3 world) {
+  vec4 base4 = valuesOf(base, baseBefore, at);
+  vec3 color = 0.5 + 0.28209479177387814 * steps.z * base4.xyz;
 ${shDegree > 0 ? SH_DEGREE_1_COLOR : ""}
   return max(color, 0.0);
 }
@@ -62,22 +85,15 @@ void main() {
   if (uint(${INSTANCE_SPLATS} * gl_InstanceID + splat) >= count) return;
   uint slot = (splat < 8 ? splat < 4 ? slots0 : slots1 : splat < 12 ? slots2 : slots3)[splat & 3];
   ivec2 at = ivec2(slot & ${(1 << ROW_BITS) - 1}u, slot >> ${ROW_BITS});
-  vec3 world = unit * vec3(texelFetch(positions, at, 0).xyz);
-  vec4 wxyz = normalize(vec4(texelFetch(rotations, at, 0)));
-  if (progress < 1.0) {
-    world = mix(unit * vec3(texelFetch(pastPositions, at, 0).xyz), world, progress);
-    vec4 past = normalize(vec4(texelFetch(pastRotations, at, 0)));
-    wxyz = normalize(mix(dot(past, wxyz) < 0.0 ? -past : past, wxyz, progress));
-  }
+  vec3 world = unit * valuesOf(positions, positionsBefore, at).xyz;
   vec3 seen = rotation * world + translation;
-  ivec4 shape = texelFetch(shapes, at, 0);
-  float opacity = min(0.99, 1.0 / (1.0 + exp(-steps.y * float(shape.w))));
+  float opacity = opacityOf(at);
   reach = log(255.0 * opacity);
   if (!(seen.z > nearest && reach > 0.0)) return;
 
   // S = (R M D) (R M D)', and its projection.
-  mat3 axes = transpose(rotation * turn(wxyz.yzwx));
-  vec3 deviations = exp(steps.x * vec3(shape.xyz));
+  mat3 axes = transpose(rotation * turn(rotationOf(at).yzwx));
+  vec3 deviations = exp(steps.x * valuesOf(shapes, shapesBefore, at).xyz);
   vec2 margin = 0.15 * size;
   vec2 slope = clamp(seen.xy / seen.z, (-margin - principal) / focal, (size + margin - principal) / focal);
   vec3 u = focal.x / seen.z * (axes[0] - slope.x * axes[2]) * deviations;
@@ -108,7 +124,7 @@ void main() {
   vec2 pixel = focal * seen.xy / seen.z + principal
     + extent.x * along + extent.y * vec2(-along.y, along.x);
 
-  paint = vec4(colorOf(at, texelFetch(base, at, 0), world), opacity);
+  paint = vec4(colorOf(at, world), opacity);
   if (!(paint.r + paint.g + paint.b < LARGEST)) return;
   gl_Position = vec4(2.0 * pixel / size - 1.0, 0.0, 1.0) * vec4(1.0, -1.0, 1.0, 1.0);
 }`;
@@ -116,8 +132,8 @@ void main() {
 
 // The SH coefficients 1, 2 and 3 of red, green and blue: the last component of `base`, then `rest0` and `rest1`.
 const SH_DEGREE_1_COLOR = `  vec3 toward = normalize(world - center);
-  ivec4 first = texelFetch(rest0, at, 0), second = texelFetch(rest1, at, 0);
-  vec3 s1 = vec3(base4.w, first.xy), s2 = vec3(first.zw, second.x), s3 = vec3(second.yzw);
+  vec4 first = valuesOf(rest0, rest0Before, at), second = valuesOf(rest1, rest1Before, at);
+  vec3 s1 = vec3(base4.w, first.xy), s2 = vec3(first.zw, second.x), s3 = second.yzw;
   color += 0.4886025119029199 * steps.w * (toward.z * s2 - toward.y * s1 - toward.x * s3);`;
 
 /** The source of the fragment shader; it outputs colors multiplied by alpha. */
