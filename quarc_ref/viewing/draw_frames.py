@@ -10,11 +10,12 @@ from typing import TypeVar
 import numpy as np
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.decoder import Scene, Splats, dequantize
+from quarc_ref.decoder import Splats, dequantize
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.magnification import Magnification, measure_magnification
 from quarc_ref.rendering.pictures import render_bands
 from quarc_ref.streams import Source, decode
+from quarc_ref.viewing.between_frames import FramesInOrder
 from quarc_ref.viewing.paths.pose import PlannedPicture
 
 Rendering = TypeVar("Rendering")
@@ -54,7 +55,7 @@ def draw_planned_pictures(
     capture_cameras: Sequence[Camera],
     stop: int | None = None,
 ) -> Iterator[Rendering]:
-    """Render planned pictures.
+    """Render planned pictures, some of which may be between two frames (`between_frames`).
 
     Args:
         source: A stream with the frames of all planned pictures.
@@ -72,12 +73,11 @@ def draw_planned_pictures(
         SourceError: The file, pipe or server cannot be read.
     """
     scenes = decode(source, planned_pictures[0].frame, stop)
-    scene: Scene | None = None
-    for planned_picture in planned_pictures:
-        while scene is None or scene.frame < planned_picture.frame:
-            scene = next(scenes)
-        camera = planned_picture.camera
-        yield draw(dequantize(scene), camera, measure_magnification(camera, capture_cameras))
+    frames = FramesInOrder(scenes)
+    for planned in planned_pictures:
+        splats = frames.find(planned.frame, planned.share)
+        magnification = measure_magnification(planned.camera, capture_cameras)
+        yield draw(splats, planned.camera, magnification)
     next(scenes, None)
 
 

@@ -55,6 +55,21 @@ def test_a_path_keeps_the_up_direction_in_the_metadata_upright(stream, tmp_path)
     assert np.abs(pictures[0][::-1, ::-1].astype(int) - pictures[1]).mean() < 2
 
 
+def test_more_pictures_than_frames_are_in_slow_motion(stream, tmp_path):
+    run_json("render", stream, "-o", tmp_path / "frames")
+    run_json("render", stream, "-o", tmp_path / "slow", "--pictures", 6)
+    frames = [_read_png(path) for path in sorted((tmp_path / "frames").glob("*.png"))]
+    pictures = [_read_png(path) for path in sorted((tmp_path / "slow").glob("*.png"))]
+
+    assert len(pictures) == 6
+    for index, frame in enumerate(frames):
+        assert np.array_equal(pictures[2 * index], frame)
+    for before, between, after in zip(frames, pictures[1::2], frames[1:], strict=False):
+        assert not np.array_equal(between, before)
+        assert not np.array_equal(between, after)
+    assert np.array_equal(pictures[5], frames[2])
+
+
 def test_frames_are_spread_over_the_requested_pictures(stream, tmp_path):
     json_output = run_json(
         "render", stream, "-o", tmp_path / "o.mp4", "--path", "orbit", "--pictures", 7,
@@ -121,7 +136,6 @@ def test_depth_is_the_distance_along_the_axis_in_levels_or_floats(stream, tmp_pa
         (["--path", "none.json"], "none.json does not exist"),
         (["--path", "{stream}"], "is not JSON"),
         (["--path", "orbit", "--frames", "9:"], "none of the requested frames"),
-        (["--pictures", "3"], "--pictures needs --path"),
         (["--to", "npz"], "--to npz needs --depth"),
         (["--depth", "--to", "webm"], "--depth cannot be combined with --to webm"),
         (["--depth", "--pixels", "yuv444p"], "--pixels is for videos"),

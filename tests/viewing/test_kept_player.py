@@ -12,7 +12,7 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 _PACKAGED_PLAYER = ROOT / "quarc_ref" / "viewing" / "player"
 _STAMP = json.loads((_PACKAGED_PLAYER / "stamp.json").read_text("utf-8"))
-_MAX_BYTES = 154_000  # gzip size; a browser downloads these bytes before playback starts
+_MAX_BYTES = 155_000  # gzip size; a browser downloads these bytes before playback starts
 _SOURCES = json.loads((ROOT / "player" / "sources.json").read_text("utf-8"))
 
 
@@ -34,7 +34,7 @@ def test_the_kept_player_matches_its_build():
     assert hashlib.sha256(player).hexdigest() == _STAMP["bytes"]
 
 
-def test_a_compressing_server_sends_at_most_154_kb():
+def test_a_compressing_server_sends_at_most_155_kb():
     player = (_PACKAGED_PLAYER / "quarc-player.js").read_bytes()
 
     assert len(gzip.compress(player, 9)) <= _MAX_BYTES

@@ -1,6 +1,8 @@
 """The `render` command: renders a camera of a stream as a video or as pictures."""
 
+import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -73,7 +75,8 @@ def render(
             min=1,
             max=1 << 20,
             metavar="N",
-            help="Number of pictures along the path; the frames are distributed evenly over them.",
+            help="Number of pictures, over which the frames are distributed evenly. Between "
+            "frames, Gaussians are interpolated, except with --depth.",
             show_default="one per frame",
         ),
     ] = None,
@@ -126,15 +129,18 @@ def render(
 
         frame_range = parse_frames(frames)
         kind = choose_output_kind(output, to, depth=depth)
-        _reject_conflicts(kind, depth, path, pixel_format, pictures)
+        _reject_conflicts(kind, depth, pixel_format)
         reject_input_stream(output, file)
         with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
             require_pixel_limit(render_camera, max_pixels)
             plan = _choose_planned_pictures(outline, render_camera, frame_range, path, pictures)
-            draw: Callable[..., Any] = render_depth if depth else draw_picture
-            stop = frame_range[1] if path is None else plan[-1].frame + 1
+            draw: Callable[..., Any] = draw_picture
+            if depth:  # only of frames, which depth.json names
+                plan, draw = [replace(planned, share=0.0) for planned in plan], render_depth
+            is_planned = path is not None or pictures is not None
+            stop = math.ceil(plan[-1].frame + plan[-1].share) + 1 if is_planned else frame_range[1]
             pictures_drawn = draw_planned_pictures(source, plan, draw, outline.cameras, stop)
             rendered: Iterator[Any] = _report_progress(pictures_drawn, progress, len(plan))
             if depth:
@@ -143,21 +149,18 @@ def render(
                 video_format = choose_video_format(outline, render_camera, pixel_format, kind)
                 result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
-                numbers = (item.frame for item in plan) if path is None else range(len(plan))
+                numbers = range(len(plan)) if is_planned else (item.frame for item in plan)
                 pairs = zip(numbers, rendered, strict=True)
                 result = write_pictures(pairs, output, force=force)
         _print_result(output, plan, path, result, kind, as_json=as_json)
 
 
-def _reject_conflicts(
-    kind: OutputKind, depth: bool, path: str | None, pixel_format: str | None, pictures: int | None
-) -> None:
+def _reject_conflicts(kind: OutputKind, depth: bool, pixel_format: str | None) -> None:
     """Raise UsageError if options cannot be combined."""
     conflicts = {
         "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixel_format,
         "--to npz needs --depth": kind == "npz" and not depth,
         f"--depth cannot be combined with --to {kind}": depth and kind in ("mp4", "webm"),
-        "--pictures needs --path": pictures is not None and path is None,
     }
     for message, is_conflict in conflicts.items():
         if is_conflict:
@@ -173,7 +176,7 @@ def _choose_planned_pictures(
 ) -> "list[PlannedPicture]":
     """Return the pictures to render; raise UsageError if the requested frames do not exist."""
     from quarc_ref.viewing.paths.plan_pictures import plan_pictures
-    from quarc_ref.viewing.paths.pose import PathError, PlannedPicture
+    from quarc_ref.viewing.paths.pose import PathError
 
     count = outline.count_frames(*frame_range)
     if not count:
@@ -182,9 +185,6 @@ def _choose_planned_pictures(
         )
         message = f"--frames: the stream has none of the requested frames; it has {available_text}"
         raise UsageError(message)
-    if path is None:
-        first_frame = max(frame_range[0], outline.first_frame)
-        return [PlannedPicture(first_frame + index, camera) for index in range(count)]
     try:
         return plan_pictures(outline, path, camera, frame_range, pictures)
     except PathError as error:

@@ -74,8 +74,8 @@ class Keyframes:
         times = np.minimum(np.arange(picture_count) / frames_per_second, self.times[-1])
         return interpolate_poses(self.times, self.poses, times)
 
-    def list_frames(self, frames_per_second: float, first: int, last: int) -> list[int]:
-        """Return the frame ordinal of each picture, clamped to the range from `first` to `last`.
+    def list_times(self, frames_per_second: float, first: int, last: int) -> Vector:
+        """Return the time of each picture in frames, clamped to the range from `first` to `last`.
 
         If no keyframe has a frame, the stream plays at its frame rate, starting at frame `first`.
         Otherwise, the stream plays at constant speed between consecutive keyframes that have a
@@ -88,17 +88,15 @@ class Keyframes:
             if frame is not None
         ]
         if timed_frames:
-            frame_positions = np.interp(
+            frame_times = np.interp(
                 picture_times,
                 [entry[0] for entry in timed_frames],
                 [float(entry[1]) for entry in timed_frames],
             )
         else:
-            frame_positions = first + picture_times * frames_per_second
-        frames: list[int] = (
-            np.clip(np.floor(frame_positions + 1e-6), first, last).astype(int).tolist()
-        )
-        return frames
+            frame_times = first + picture_times * frames_per_second
+        clamped_times: Vector = np.clip(frame_times, first, last)
+        return clamped_times
 
 
 def read_keyframes(

@@ -1,5 +1,7 @@
-"""Plans the pictures of a path: a frame and a camera for each picture."""
+"""Plans the pictures of a path: a time and a camera for each picture."""
 
+import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from quarc_ref.format.cameras import Camera
@@ -8,10 +10,12 @@ from quarc_ref.viewing.paths.automatic import PATH_PLANNERS
 from quarc_ref.viewing.paths.keyframes import read_keyframes
 from quarc_ref.viewing.paths.pose import PathError, PlannedPicture, WorldAxes
 
+_MAX_ROUNDING = 1e-6  # of times, in frames
+
 
 def plan_pictures(
     outline: Outline,
-    path_name: str,
+    path_name: str | None,
     reference_camera: Camera,
     span: tuple[int, int | None],
     picture_count: int | None = None,
@@ -20,7 +24,8 @@ def plan_pictures(
 
     Args:
         outline: Outline of the stream.
-        path_name: `orbit`, `spiral`, `interpolate`, or the path of a JSON file.
+        path_name: `orbit`, `spiral`, `interpolate`, or the path of a JSON file; None for a camera
+            that does not move.
         reference_camera: Camera that determines the picture size, the field of view and the first
             pose of the path.
         span: First frame and end frame (exclusive); an end of None includes all later frames.
@@ -36,11 +41,17 @@ def plan_pictures(
     if not frame_count:
         message = "the stream has none of the requested frames"
         raise PathError(message)
+    last_frame = first_frame + frame_count - 1
     axes = WorldAxes.from_stream(outline.header, outline.metadata)
-    if path_name in PATH_PLANNERS:
-        pose_count = picture_count or frame_count
-        poses = PATH_PLANNERS[path_name](outline.cameras, reference_camera, axes, pose_count)
-        frames = [first_frame + index * frame_count // pose_count for index in range(pose_count)]
+    if path_name is None or path_name in PATH_PLANNERS:
+        count = picture_count or frame_count
+        cameras = count * [reference_camera]
+        if path_name is not None:
+            poses = PATH_PLANNERS[path_name](outline.cameras, reference_camera, axes, count)
+            cameras = [pose.as_camera(reference_camera) for pose in poses]
+        times: Iterable[float] = (
+            min(first_frame + index * frame_count / count, last_frame) for index in range(count)
+        )
     else:
         if picture_count is not None:
             message = (
@@ -50,11 +61,14 @@ def plan_pictures(
             raise PathError(message)
         keyframes = read_keyframes(Path(path_name), outline.cameras, reference_camera, axes)
         frames_per_second = outline.header.frames_per_second
-        poses, frames = (
-            keyframes.interpolate(frames_per_second),
-            keyframes.list_frames(frames_per_second, first_frame, first_frame + frame_count - 1),
-        )
-    return [
-        PlannedPicture(frame, pose.as_camera(reference_camera))
-        for frame, pose in zip(frames, poses, strict=True)
-    ]
+        poses = keyframes.interpolate(frames_per_second)
+        cameras = [pose.as_camera(reference_camera) for pose in poses]
+        times = keyframes.list_times(frames_per_second, first_frame, last_frame)
+    return [_plan_picture(time, camera) for time, camera in zip(times, cameras, strict=True)]
+
+
+def _plan_picture(time: float, camera: Camera) -> PlannedPicture:
+    """Return the picture at a time in frames; a time close to a frame is that of the frame."""
+    frame = math.floor(time + _MAX_ROUNDING)
+    share = time - frame
+    return PlannedPicture(frame, camera, share if share > _MAX_ROUNDING else 0.0)

@@ -30,10 +30,12 @@ class PlannedPicture:
     Attributes:
         frame: Ordinal of the frame.
         camera: Camera for which the frame is rendered.
+        share: Share of the way to the next frame, from 0 to below 1.
     """
 
     frame: int
     camera: Camera
+    share: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
