@@ -134,7 +134,7 @@ def fuzz_keyframes(data: bytes) -> None:
         path = parse_keyframes(data, [_KEYFRAME_CAMERA], _KEYFRAME_CAMERA, WorldAxes())
         if path.count_pictures(2.0) < _MAX_PICTURES:
             path.interpolate(2.0)
-            path.list_frames(2.0, 0, 9)
+            path.list_times(2.0, 0, 9)
 
 
 _KEYFRAME_CAMERA = Camera(
