@@ -18,7 +18,7 @@ from quarc_ref.datasets.arrangements import (
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Pictures
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 MIN_CAMERAS = 3
 _UNSAFE_CHARACTERS = re.compile(r"[^A-Za-z0-9_-]+")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TextIO
 from quarc_ref.cli.output import TerminalProgress
 from quarc_ref.cli.targets import require_writable_file
 from quarc_ref.files import open_log
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.monitoring.monitor import EncodePlan, Estimate, Monitor

@@ -18,7 +18,7 @@ from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import View
 from quarc_ref.files import OutputFolder
 from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 DIFFERENCE_GAIN = 4
 

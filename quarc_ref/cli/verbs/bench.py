@@ -7,7 +7,7 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.inspection.decode_speed import Speed

@@ -12,7 +12,7 @@ from quarc_ref.cli.options import AsJson, Force, Quiet, Seed, Settings
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.targets import written_folder
 from quarc_ref.cli.verbs.evaluate import print_evaluation
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 VariantName = Literal[
     "playroom",

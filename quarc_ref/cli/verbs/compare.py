@@ -23,7 +23,7 @@ from quarc_ref.cli.options import (
 from quarc_ref.cli.output import TerminalProgress, print_columns, print_json, print_message
 from quarc_ref.cli.perceptual import load_lpips
 from quarc_ref.cli.targets import reject_input_folder, written_folder
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.evaluation.comparison.measure import Comparison

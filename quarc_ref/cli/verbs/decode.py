@@ -26,7 +26,7 @@ from quarc_ref.cli.targets import (
 )
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.format.errors import BitstreamError, UnknownCriticalError
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.streams import Source

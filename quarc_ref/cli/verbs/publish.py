@@ -22,7 +22,7 @@ from quarc_ref.cli.page_options import (
     read_page_audio,
 )
 from quarc_ref.cli.targets import open_output_file, written_folder
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -21,7 +21,7 @@ from quarc_ref.cli.render_output import (
 )
 from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.cli.targets import reject_input_stream
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.format.cameras import Camera

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 MIN_POINTS = 4
 _INTERPOLATION = "akima"

@@ -20,7 +20,7 @@ from quarc_ref.evaluation.comparison.tables import (
 from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, format_texts
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
-from quarc_ref.inspection.wording import format_count
+from quarc_ref.wording import format_count
 
 _TRUTH_LABEL = "truth"
 
