@@ -26,6 +26,7 @@ from quarc_ref.calibration.recordings import MIN_CAMERAS
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.colmap_cameras import make_lens, silence_colmap
 from quarc_ref.datasets.colmap_import import pycolmap
+from quarc_ref.wording import format_count
 
 _FEW_FEATURES = 100  # below this, the advice after a failure is about the pictures
 # Minimum number and share of inliers for the mapper; the strict pair is tried first. A camera that
@@ -191,8 +192,8 @@ def _explain_failure(graph: MatchGraph, camera: int, support: int | None) -> str
         )
     if count < _FEW_FEATURES:
         return (
-            f"its pictures have only {count} features: check whether they are dark, blurred or "
-            "empty"
+            f"its pictures have only {format_count(count, 'feature')}: check whether they are "
+            "dark, blurred or empty"
         )
     if not neighbors:
         return (

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.output import print_fields, print_json, print_message
 from quarc_ref.export.table import ExportFormat
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.cli.targets import SingleFrameFile
@@ -167,7 +168,7 @@ def _bake_filter(splats: "Splats", clip: "Clip") -> "Splats":
 
 def _report_gap(gap: "Gap") -> None:
     """Print the position and the size of a gap to standard error."""
-    size = "to the end" if gap.byte_count is None else f"{gap.byte_count:,} bytes"
+    size = "to the end" if gap.byte_count is None else format_count(gap.byte_count, "byte")
     lost_frames = "unknown" if gap.frames_lost is None else f"{gap.frames_lost}"
     line = f"gap at byte {gap.offset}, {size}, frames lost: {lost_frames}; {gap.message}"
     print_message(line)

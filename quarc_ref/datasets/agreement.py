@@ -15,6 +15,7 @@ from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import STATED_FRAME_RATE, UNEVEN_LENGTHS, Finding, format_names
 from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
+from quarc_ref.wording import format_count
 
 _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 # Relative to the duration of a frame; a missing frame causes an error of 0.5.
@@ -82,13 +83,14 @@ def compare_lengths(
     outliers = [index for index, length in enumerate(lengths) if length != common_length]
     if not outliers or len(set(common_counts)) == 1:
         return None
-    descriptions = [f"{names[i]} has {lengths[i]} frames" for i in outliers]
-    frames = f"the first {min(common_counts)} frames of every camera"
+    descriptions = [f"{names[i]} has {format_count(lengths[i], 'frame')}" for i in outliers]
+    count = min(common_counts)
+    frames = f"the first {f'{count} frames' if count > 1 else 'frame'} of every camera"
     if any(offsets):
-        frames = f"{min(common_counts)} frames of every camera, beginning at its offset,"
+        frames = f"{format_count(count, 'frame')} of every camera, beginning at its offset,"
     message = (
         f"{_join_descriptions(descriptions)}, but the others have {common_length}: only {frames} "
-        "are used"
+        f"{'is' if count == 1 else 'are'} used"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in outliers))
 

@@ -23,6 +23,7 @@ from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.datasets.video import VideoReader
+from quarc_ref.wording import format_count
 
 _LOSSLESS_SUFFIX = ".png"
 _WHITE_THRESHOLD = 127  # of 255; lossy compression changes black and white slightly
@@ -61,8 +62,8 @@ class FileMasks:
             if source is not None and source.lengths[0] not in (1, length):
                 path, count = source.paths[0][0], source.lengths[0]
                 message = (
-                    f"the camera of {path} has {count} masks, but {length} frames: a camera needs "
-                    "one mask for all frames, or one mask per frame"
+                    f"the camera of {path} has {count} masks, but {format_count(length, 'frame')}: "
+                    "a camera needs one mask for all frames, or one mask per frame"
                 )
                 raise MaskCountError(message)
 

@@ -35,6 +35,7 @@ from quarc_ref.datasets.pictures import RectifiedPictures, SynchronizedPictures
 from quarc_ref.datasets.point_cache import load_or_compute_points, make_cache_key
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
+from quarc_ref.wording import format_count
 
 
 @dataclass(frozen=True, slots=True)
@@ -201,8 +202,8 @@ def _reject_start(path: Path, footage: Footage, offsets: Mapping[str, int], star
     }
     if min(frame_counts.values()) >= 1:
         message = (
-            f"cannot start at frame {start}: the capture has {min(frame_counts.values())} frames "
-            "common to all cameras"
+            f"cannot start at frame {start}: the capture has "
+            f"{format_count(min(frame_counts.values()), 'frame')} common to all cameras"
         )
         raise StartError(message)
     skipped_names = [name for name, count in frame_counts.items() if count < 1]

@@ -25,6 +25,7 @@ from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import decode_still, open_video
 from quarc_ref.datasets.orientation import MAX_LEVEL_BITS, require_unmirrored, rotate_upright
+from quarc_ref.wording import format_count
 
 UNSTATED_MATRIX = 2
 _FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
@@ -88,7 +89,8 @@ class VideoReader:
             UnreadableVideoError: The frame is damaged, or cannot be rotated upright.
         """
         if not 0 <= frame < self.frame_count:
-            message = f"{self.path} has no frame {frame}: it has {self.frame_count} frames"
+            length = format_count(self.frame_count, "frame")
+            message = f"{self.path} has no frame {frame}: it has {length}"
             raise TruncatedVideoError(message)
         try:
             decoded = self._decode(frame)

@@ -29,6 +29,7 @@ from quarc_ref.format.errors import BitstreamError, ResumeError
 from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from quarc_ref.streams.join import join
 from quarc_ref.streams.sources import FileSource
+from quarc_ref.wording import format_count
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +67,9 @@ def split_frames(frame_count: int, segment_count: int) -> list[tuple[int, int]]:
         ValueError: There are more segments than frames.
     """
     if not 1 <= segment_count <= frame_count:
-        message = f"{frame_count} frames cannot be split into {segment_count} segments"
+        message = (
+            f"{format_count(frame_count, 'frame')} cannot be split into {segment_count} segments"
+        )
         raise ValueError(message)
     boundaries = [index * frame_count // segment_count for index in range(segment_count + 1)]
     return [(first, last - first) for first, last in pairwise(boundaries)]

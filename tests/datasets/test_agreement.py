@@ -156,6 +156,19 @@ def test_lengths_are_compared_after_the_offsets():
     )
 
 
+@pytest.mark.parametrize(
+    ("offsets", "used_frames"),
+    [
+        ([], "the first frame of every camera is used"),
+        ([0, 0, 5], "1 frame of every camera, beginning at its offset, is used"),
+    ],
+)
+def test_a_single_common_frame_is_named_in_the_singular(offsets, used_frames):
+    finding = compare_lengths(["cam00", "cam01", "cam02"], [6, 1, 6], offsets)
+
+    assert finding.message == f"cam01 has 1 frame, but the others have 6: only {used_frames}"
+
+
 def test_enough_common_frames_suffice(folder, pictures):
     scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
     capture = open_capture(folder)

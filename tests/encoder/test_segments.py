@@ -35,8 +35,13 @@ def test_segments_cover_all_frames_once_in_even_lengths(frame_count, data):
 
 @pytest.mark.parametrize("segment_count", [0, 6])
 def test_more_segments_than_frames_are_rejected(segment_count):
-    with pytest.raises(ValueError, match="cannot be split"):
+    with pytest.raises(ValueError, match=r"^5 frames cannot be split"):
         split_frames(5, segment_count)
+
+
+def test_a_single_frame_is_named_in_the_singular():
+    with pytest.raises(ValueError, match=r"^1 frame cannot be split into 2 segments"):
+        split_frames(1, 2)
 
 
 def test_a_segment_of_a_capture_has_its_own_pictures():

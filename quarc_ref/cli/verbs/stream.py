@@ -17,6 +17,7 @@ from quarc_ref.cli.options import AsJson, Quiet, StreamName, format_stream_name
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.format.errors import BitstreamError
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.inspection.stream_summary import StreamSummary
@@ -146,7 +147,7 @@ def describe_verification(verification: "Verification") -> dict[str, str]:
         "states": f"{verification.frames:,}, all CRCs match",
         "entropy": entropy_text,
         "seek points": f"{verification.seek_points:,}, all with the same states "
-        f"({verification.frames_compared:,} frames compared)",
+        f"({format_count(verification.frames_compared, 'frame')} compared)",
         f"level {verification.level / 10:.1f}": f"within its limits; largest values: {level_text}",
     }
 
@@ -161,7 +162,7 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
         "format": f"{summary.format_version}, conformance level {header.level / 10:.1f}",
         "frames": f"{_format_frame_range(summary)} at {header.frames_per_second:g} per second",
         "Gaussians": f"{summary.gaussian_count:,}, SH degree {header.sh_degree}",
-        "anchors": f"{summary.anchor_count:,} on {header.level_count} levels, "
+        "anchors": f"{summary.anchor_count:,} on {format_count(header.level_count, 'level')}, "
         f"resampled every {_format_interval(header.resample_interval)}",
         "whole stream": f"{coded['total']:,} bytes",
     }

@@ -34,6 +34,7 @@ from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
+from quarc_ref.wording import format_count
 
 POSES_NAME = "poses_bounds.npy"
 _ROW_LENGTH = 17
@@ -86,7 +87,8 @@ def _find_files(folder: Path, camera_count: int) -> Files:
         raise MissingFileError(message)
     names = max(candidates, key=len)
     message = (
-        f"{folder / POSES_NAME} has {camera_count} poses, but there are {len(names)} cameras "
+        f"{folder / POSES_NAME} has {format_count(camera_count, 'pose')}, but there "
+        f"{'is' if len(names) == 1 else 'are'} {format_count(len(names), 'camera')} "
         f"({', '.join(names)}): add the missing videos, or remove the extra poses"
         f"{describe_unsupported_files(folder)}"
     )

@@ -20,6 +20,7 @@ from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.layouts.panoptic import read_panoptic
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
+from quarc_ref.wording import format_count
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +105,9 @@ def describe_capture(folder: Path) -> str | None:
             return f"a capture ({layout.name})"
     video_count = sum(len(paths) for paths in list_videos(folder).values())
     other_count = sum(not path.name.startswith(".") for path in folder.iterdir()) - video_count
-    return f"a folder of {video_count} videos" if video_count and not other_count else None
+    if other_count or not video_count:
+        return None
+    return f"a folder of {format_count(video_count, 'video')}"
 
 
 def _suggest_remedy(folder: Path) -> str:

@@ -18,6 +18,7 @@ from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
+from quarc_ref.wording import format_count
 
 # Relative to the median change of all cameras; video coding changes even frozen pictures.
 _MAX_FROZEN_CHANGE = 0.02
@@ -128,8 +129,9 @@ def _find_shifts(
         if shift:
             direction = "late" if shift > 0 else "early"
             offset = offsets.get(camera.name, 0) + shift
+            delay = f"{format_count(abs(shift), 'frame')} {direction}"
             message = (
-                f"the motion in {camera.name} is {abs(shift)} frames {direction}: in {NOTES_NAME} "
+                f"the motion in {camera.name} is {delay}: in {NOTES_NAME} "
                 f'in the capture, change its offset to {offset:g} ("offsets": {{"{camera.name}": '
                 f"{offset:g}}}), or trim the video"
             )

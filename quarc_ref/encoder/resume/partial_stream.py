@@ -20,6 +20,7 @@ from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams.chunk_reader import ChunkReader
 from quarc_ref.streams.resync import parse_ordinal
 from quarc_ref.streams.source import Source
+from quarc_ref.wording import format_count
 
 _PROLOGUE = (container.HEAD, container.CAME, container.META)
 
@@ -148,8 +149,9 @@ def require_frame_count(partial_stream: PartialStream, frame_count: int) -> None
         if partial_stream.is_finished:
             state, option = "is complete with", f"--frames {found_count}"
         message = (
-            f"the stream {state} {found_count} frames, but {frame_count} are requested: use "
-            f"{option}, or encode to another file"
+            f"the stream {state} {format_count(found_count, 'frame')}, but {frame_count} "
+            f"{'is' if frame_count == 1 else 'are'} requested: use {option}, or encode to another "
+            "file"
         )
         raise ResumeError(message)
 
