@@ -2,11 +2,11 @@
 
 import re
 from collections.abc import Sequence
-from itertools import zip_longest
 from pathlib import Path
 
 from quarc_ref.datasets.calibration import CalibratedCamera, DownscaleError
 from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.findings import format_names
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.format.cameras import Camera
@@ -62,14 +62,14 @@ def open_same_capture(
     start_frame = read_start_frame(summary)
     # Only the files are read to find the factor; opening the capture may compute initial points.
     full_size_cameras = choose_layout(folder).read(folder).cameras
-    _require_equal("cameras", _list_names(full_size_cameras), _list_names(summary.cameras))
+    _require_same_names(_list_names(full_size_cameras), _list_names(summary.cameras))
     downscale = max(1, round(full_size_cameras[0].lens.width / summary.cameras[0].width))
     try:
         options = CaptureOptions(downscale, held_out_names, start=start_frame)
         capture = open_capture(folder, options)
     except DownscaleError as error:
         raise MismatchError(str(error)) from error
-    _require_equal("picture sizes", _list_sizes(capture.cameras), _list_sizes(summary.cameras))
+    _require_same_sizes(capture.cameras, summary.cameras)
     if capture.frame_count <= summary.frames[-1].frame:
         message = (
             f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
@@ -112,13 +112,32 @@ def read_start_frame(summary: StreamSummary) -> int:
     return int(start_text)
 
 
-def _require_equal(
-    subject: str, capture_values: Sequence[str], stream_values: Sequence[str]
+def _require_same_names(capture_names: list[str], stream_names: list[str]) -> None:
+    if capture_names == stream_names:
+        return
+    places = {
+        "capture": [name for name in capture_names if name not in stream_names],
+        "stream": [name for name in stream_names if name not in capture_names],
+    }
+    differences = [
+        f"only the {place} has {format_names(names)}" for place, names in places.items() if names
+    ]
+    message = (
+        "the cameras of the capture and those of the stream differ: "
+        f"{'; '.join(differences) or 'they have different orders'}"
+    )
+    raise MismatchError(message)
+
+
+def _require_same_sizes(
+    capture_cameras: Sequence[Camera], stream_cameras: Sequence[Camera]
 ) -> None:
-    for capture_value, stream_value in zip_longest(capture_values, stream_values, fillvalue="none"):
-        if capture_value != stream_value:
+    for camera, stream_camera in zip(capture_cameras, stream_cameras, strict=True):
+        size, stream_size = _format_size(camera), _format_size(stream_camera)
+        if size != stream_size:
             message = (
-                f"{subject} differ: {capture_value} in the capture, {stream_value} in the stream"
+                f"pictures of {camera.name} have {size} pixels in the capture, but {stream_size} "
+                "in the stream"
             )
             raise MismatchError(message)
 
@@ -127,5 +146,5 @@ def _list_names(cameras: Sequence[Camera] | Sequence[CalibratedCamera]) -> list[
     return [camera.name for camera in cameras]
 
 
-def _list_sizes(cameras: Sequence[Camera]) -> list[str]:
-    return [f"{camera.width} x {camera.height}" for camera in cameras]
+def _format_size(camera: Camera) -> str:
+    return f"{camera.width} x {camera.height}"

@@ -98,7 +98,7 @@ def test_another_capture_is_a_usage_error_and_leaves_no_report(encoded_stream, t
     result = run("eval", encoded_stream.file, other_folder, "--report", tmp_path / "report")
 
     assert result.exit_code == 2
-    assert "cameras differ" in result.stderr
+    assert "the cameras of the capture and those of the stream differ" in result.stderr
     assert list_names(tmp_path) == ["other"]
 
 
