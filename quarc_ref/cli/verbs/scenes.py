@@ -61,7 +61,9 @@ def import_frames(
         typer.Option(
             "--keyframe-interval",
             min=0,
-            help="Number of frames between keyframes; 0 for as few keyframes as possible.",
+            metavar="N",
+            help="Make every N-th frame a keyframe (a canonical frame); 0: as few keyframes as "
+            "possible.",
         ),
     ] = 0,
     up: UpAxis = None,
