@@ -50,7 +50,7 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
         [
             deltas.method,
             _format_bd_rate(deltas.psnr),
-            _MISSING if deltas.psnr.quality is None else f"{deltas.psnr.quality:+.2f} dB",
+            _MISSING if deltas.psnr.quality is None else f"{deltas.psnr.quality:+z.2f} dB",
             _format_bd_rate(deltas.ssim),
             deltas.psnr.remark or deltas.ssim.remark or _MISSING,
         ]
@@ -148,7 +148,7 @@ def _format_point_row(point: OperatingPoint) -> list[str]:
         format_statistics(point.byte_count, ",.0f"),
         format_statistics(point.kilobytes_per_frame, ",.2f"),
         _MISSING if rate is None else f"{rate:.2f}",
-        format_statistics(difference, "+.2f"),
+        format_statistics(difference, "+z.2f"),
         _MISSING
         if paired_difference is None
         else f"{paired_difference.better_share:.0%} of {paired_difference.pair_count}",
@@ -176,7 +176,7 @@ def _deviation_or_none(statistics: Statistics | None) -> float | None:
 
 
 def _format_bd_rate(deltas: BjontegaardDeltas) -> str:
-    return _MISSING if deltas.rate is None else f"{deltas.rate:+.1f} %"
+    return _MISSING if deltas.rate is None else f"{deltas.rate:+z.1f} %"
 
 
 def _point_as_json(point: OperatingPoint) -> dict[str, object]:

@@ -71,6 +71,14 @@ def test_a_difference_that_is_printed_as_zero_counts_as_half_a_pair(psnr, share)
     assert point.paired_difference.better_share == share
 
 
+def test_a_small_loss_is_printed_as_zero_without_a_minus():
+    comparison = _make_comparison(
+        _make_entry("a", "a", 30.0, 10), _make_entry("b", "b", 29.999, 10)
+    )
+
+    assert format_point_rows(summarize(comparison))[1][-2] == "+0.00 ± 0.00"
+
+
 def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
     comparison = _make_comparison(_make_entry("a", "a", 98.0, 10), _make_entry("b", "b", 30.0, 10))
 
