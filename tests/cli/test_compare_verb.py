@@ -84,7 +84,7 @@ def test_without_labels_two_files_of_the_same_name_are_distinguished(encoded_str
 def test_equal_pictures_count_as_100_db_and_are_reported(encoded_stream):
     result = run("compare", encoded_stream.file, f"same={encoded_stream.file}", "--frames", "1")
 
-    assert "same: 1 of 1 views equal the truth; each counts as 100 dB" in result.stderr
+    assert "same equals the truth in 1 of 1 views; each of them counts as 100 dB" in result.stderr
     assert re.search(r"^same +stream +1 +100\.00 ", result.stdout, re.MULTILINE)
     assert ": 1 frame " in result.stdout
 

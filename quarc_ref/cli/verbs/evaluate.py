@@ -107,8 +107,8 @@ def _report_equal_views(quality: "Quality") -> None:
     equal_count, view_count = quality.count_views_at_max_psnr()
     if equal_count:
         print_message(
-            f"{equal_count} of {view_count} views equal the truth; each counts as "
-            f"{MAX_DECIBELS:g} dB"
+            f"the stream equals the truth in {equal_count} of {view_count} views; each of them "
+            f"counts as {MAX_DECIBELS:g} dB"
         )
 
 

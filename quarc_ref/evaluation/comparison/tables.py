@@ -68,8 +68,8 @@ def list_remarks(comparison: Comparison) -> list[str]:
         equal_count, view_count = entry.quality.count_views_at_max_psnr()
         if equal_count:
             remarks.append(
-                f"{entry.label}: {equal_count} of {view_count} views equal the truth; each counts "
-                f"as {MAX_DECIBELS:g} dB in means and differences"
+                f"{entry.label} equals the truth in {equal_count} of {view_count} views; each of "
+                f"them counts as {MAX_DECIBELS:g} dB in means and differences"
             )
     return remarks
 

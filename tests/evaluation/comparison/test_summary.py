@@ -84,7 +84,7 @@ def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
 
     assert summarize(comparison).points[1].paired_difference.pair_count == 4
     assert list_remarks(comparison) == [
-        "a: 2 of 4 views equal the truth; each counts as 100 dB in means and differences"
+        "a equals the truth in 2 of 4 views; each of them counts as 100 dB in means and differences"
     ]
 
 
