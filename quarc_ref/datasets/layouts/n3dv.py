@@ -86,11 +86,13 @@ def _find_files(folder: Path, camera_count: int) -> Files:
         )
         raise MissingFileError(message)
     names = max(candidates, key=len)
+    remedy = "add the missing videos, or remove the extra poses"
+    if len(names) > camera_count:
+        remedy = "move the videos without a pose to another folder, or add their poses"
     message = (
         f"{folder / POSES_NAME} has {format_count(camera_count, 'pose')}, but there "
         f"{'is' if len(names) == 1 else 'are'} {format_count(len(names), 'camera')} "
-        f"({', '.join(names)}): add the missing videos, or remove the extra poses"
-        f"{describe_unsupported_files(folder)}"
+        f"({', '.join(names)}): {remedy}{describe_unsupported_files(folder)}"
     )
     raise CountMismatchError(message)
 

@@ -133,8 +133,24 @@ def test_another_number_of_poses_than_videos_is_rejected(folder):
     (folder / "cam03.mp4").unlink()
 
     with pytest.raises(
-        CountMismatchError, match=r"4 poses, but there are 3 cameras \(cam00, cam01, cam04\)"
+        CountMismatchError,
+        match=r"4 poses, but there are 3 cameras \(cam00, cam01, cam04\): add the missing videos",
     ):
+        read_n3dv(folder)
+
+
+def test_a_single_camera_is_named_in_the_singular(folder):
+    for name in ("cam01", "cam03", "cam04"):
+        (folder / f"{name}.mp4").unlink()
+
+    with pytest.raises(CountMismatchError, match=r"there is 1 camera \(cam00\)"):
+        read_n3dv(folder)
+
+
+def test_of_more_videos_than_poses_those_without_a_pose_are_to_be_moved(folder):
+    shutil.copy(folder / "cam04.mp4", folder / "cam05.mp4")
+
+    with pytest.raises(CountMismatchError, match=r"are 5 cameras .*: move the videos without a"):
         read_n3dv(folder)
 
 
