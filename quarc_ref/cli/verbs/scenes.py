@@ -38,8 +38,8 @@ def import_frames(
         Literal["fine", "coarse"],
         typer.Option(
             "--profile",
-            help="Set of error bounds. coarse gives smaller streams than fine: its bounds are two "
-            "to three times as large, and even larger where errors are less visible.",
+            help="Set of error bounds. coarse gives smaller streams than fine: most bounds are "
+            "two to three times as large, and even larger where errors are less visible.",
         ),
     ] = "fine",
     bound: Annotated[
