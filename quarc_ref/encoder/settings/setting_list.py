@@ -5,6 +5,8 @@ from dataclasses import dataclass, fields
 from functools import reduce
 from typing import Any, get_type_hints
 
+import numpy as np
+
 from quarc_ref.encoder.settings.config import FIXED_SETTINGS, EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.settings.ranges import describe_values
@@ -37,6 +39,8 @@ def describe_settings(config: EncoderConfig) -> Iterator[DescribedSetting]:
         settings_type = type(reduce(getattr, groups, config))
         values = describe_values(get_type_hints(settings_type, include_extras=True)[name])
         descriptions = {field.name: describe_field(field) for field in fields(settings_type)}
+        if groups == ["stream"] and isinstance(value, float):
+            value = np.float32(value)  # as HEAD stores it; the text is 0.01, not 0.00999999977...
         yield DescribedSetting(path, _format_value(value), values, descriptions[name])
 
 

@@ -31,6 +31,12 @@ def test_the_listed_texts_are_accepted_as_settings(config):
     assert changed == config
 
 
+def test_steps_have_the_digits_that_their_32_bits_need():
+    texts = {setting.name: setting.text for setting in describe_settings(PRESETS["paper"])}
+
+    assert texts["stream.log_scale_step"] == "0.01"
+
+
 def test_a_description_stands_beside_its_field():
     descriptions = {
         setting.name: setting.description for setting in describe_settings(PRESETS["main"])
