@@ -110,7 +110,7 @@ def measure_entries(
     if inputs.capture is None:
         truth_description = f"the renders of {inputs.entries[0].label}"
     else:
-        truth_description = f"the pictures of the capture {inputs.capture.name}"
+        truth_description = f"the pictures of {inputs.capture.name}"
     return Comparison(
         meter.list_results(), frames, tuple(inputs.cameras), truth_description,
         inputs.frames_per_second, meter.shown_views, meter.variants,
