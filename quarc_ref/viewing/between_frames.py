@@ -12,6 +12,7 @@ import numpy as np
 
 from quarc_ref.decoder import Scene, Splats, dequantize
 from quarc_ref.decoder.dequantize import Float32
+from quarc_ref.export.activate import compute_opacities
 from quarc_ref.format.arrays import Int64
 
 _MIN_OPACITY = 1e-6
@@ -76,7 +77,7 @@ def _interpolate_rows(first: Splats, second: Splats, share: float) -> Splats:
     dots = (first.rotations * second.rotations).sum(axis=1, keepdims=True)
     rotations = mix(np.where(dots < 0, -first.rotations, first.rotations), second.rotations)
     norms: Float32 = np.linalg.norm(rotations, axis=1, keepdims=True)
-    opacities = mix(_activate(first.opacities), _activate(second.opacities))
+    opacities = mix(compute_opacities(first), compute_opacities(second))
     return Splats(
         positions=mix(first.positions, second.positions),
         rotations=rotations / norms,
@@ -88,17 +89,12 @@ def _interpolate_rows(first: Splats, second: Splats, share: float) -> Splats:
 
 def _fade(splats: Splats, factor: float) -> Splats:
     """Multiply opacities by a factor."""
-    opacities = np.float32(factor) * _activate(splats.opacities)
+    opacities = np.float32(factor) * compute_opacities(splats)
     return replace(splats, opacities=_deactivate(opacities))
 
 
 def _select(splats: Splats, rows: Int64) -> Splats:
     return Splats(*(getattr(splats, field.name)[rows] for field in fields(Splats)))
-
-
-def _activate(logits: Float32) -> Float32:
-    opacities: Float32 = np.reciprocal(1 + np.exp(-logits))
-    return opacities
 
 
 def _deactivate(opacities: Float32) -> Float32:

@@ -1,5 +1,7 @@
 """Tests of Gaussians between two frames."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -65,3 +67,15 @@ def test_a_frame_before_a_keyframe_stays_until_then(scenes):
     between = FramesInOrder(iter([scenes[1], scenes[0]])).find(scenes[1].frame, 0.5)
 
     assert np.array_equal(between.positions, dequantize(scenes[1]).positions)
+
+
+def test_extreme_opacities_stay_what_they_are_without_a_warning(scenes):
+    extreme_scenes = []
+    for scene in scenes:
+        codes = scene.codes.copy()
+        codes[3] = np.where(scene.ids % 2, 32767, -32768)
+        extreme_scenes.append(replace(scene, codes=codes))
+
+    opacities = _activate(interpolate(*extreme_scenes, 0.5).opacities[: scenes[0].count])
+
+    assert opacities == pytest.approx(scenes[0].ids % 2, abs=1e-5)
