@@ -4,6 +4,7 @@
 rounding to 8 bits.
 """
 
+from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from typing import TypeVar
 
@@ -78,7 +79,7 @@ def draw_planned_pictures(
         splats = frames.find(planned.frame, planned.share)
         magnification = measure_magnification(planned.camera, capture_cameras)
         yield draw(splats, planned.camera, magnification)
-    next(scenes, None)
+    deque(scenes, maxlen=0)  # damage in later frames is reported
 
 
 def draw_picture(splats: Splats, camera: Camera, magnification: Magnification) -> Image:

@@ -150,6 +150,25 @@ def test_invalid_options_of_paths_and_depth_are_explained(options, message, stre
     assert list_names(tmp_path) == []
 
 
+@pytest.mark.parametrize(
+    "options", [["--path", "orbit"], ["--pictures", "1"], ["--path", "{path}"], ["--frames", "0:9"]]
+)
+def test_a_stream_that_ends_early_is_rejected(options, stream, tmp_path):
+    keyframes = [{"time": 0, "camera": "cam00"}, {"time": 1, "camera": "cam01"}]
+    path = tmp_path / "path.json"
+    path.write_text(json.dumps({"schema": "quarc-ref/camera-path/1", "keyframes": keyframes}))
+    cut_stream = tmp_path / "cut.quarc"
+    data = stream.read_bytes()
+    last_frame = [chunk for chunk in split_chunks(data) if chunk.kind == container.FRAM][-1]
+    cut_stream.write_bytes(data[: data.index(last_frame.payload) + 1])
+    filled_options = [option.format(path=path) for option in options]
+    result = run("render", cut_stream, "-o", tmp_path / "o", *filled_options)
+
+    assert result.exit_code == 1
+    assert "the stream is rejected: truncated" in result.stderr
+    assert not (tmp_path / "o").exists()
+
+
 def test_depth_in_a_file_is_explained(stream, tmp_path):
     result = run("render", stream, "-o", tmp_path / "o.mp4", "--depth")
 

@@ -140,7 +140,7 @@ def render(
             if depth:  # only of frames, which depth.json names
                 plan, draw = [replace(planned, share=0.0) for planned in plan], render_depth
             is_planned = path is not None or pictures is not None
-            stop = math.ceil(plan[-1].frame + plan[-1].share) + 1 if is_planned else frame_range[1]
+            stop = _find_stop(outline, plan, frame_range, path)
             pictures_drawn = draw_planned_pictures(source, plan, draw, outline.cameras, stop)
             rendered: Iterator[Any] = _report_progress(pictures_drawn, progress, len(plan))
             if depth:
@@ -193,6 +193,25 @@ def _choose_planned_pictures(
     except FileNotFoundError as error:
         message = f"--path takes orbit, spiral, interpolate or a file, but {path} does not exist"
         raise UsageError(message) from error
+
+
+def _find_stop(
+    outline: "Outline",
+    planned_pictures: "list[PlannedPicture]",
+    frame_range: tuple[int, int | None],
+    path: str | None,
+) -> int | None:
+    """Return the end of the frames to decode: that of a path file, or of the requested frames.
+
+    The outline ends at the first damaged chunk, and pictures are planned up to there. Decoding
+    must therefore continue after the last known frame, so that damage is reported.
+    """
+    from quarc_ref.viewing.paths.automatic import PATH_PLANNERS
+
+    last_picture = planned_pictures[-1]
+    stop = math.ceil(last_picture.frame + last_picture.share) + 1
+    is_file = path is not None and path not in PATH_PLANNERS
+    return stop if is_file and stop < outline.stop else frame_range[1]
 
 
 def _report_progress(
