@@ -52,7 +52,7 @@ def as_source(stream: BytesLike | Source) -> Source:
     """
     if isinstance(stream, BytesLike):
         return BytesSource(stream)
-    if not hasattr(stream, "size"):
+    if not callable(getattr(stream, "size", None)):  # an array of NumPy has a number
         message = (
             f"a stream is bytes or a source, not {type(stream).__name__}: open files with "
             "open_source"

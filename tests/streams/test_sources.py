@@ -7,6 +7,7 @@ import time
 import types
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -42,7 +43,9 @@ def test_a_stream_in_memory_is_any_bytes_like_object(tmp_path):
             assert [compute_digest(scene) for scene in decode(stream)] == _DIGESTS
 
 
-@pytest.mark.parametrize("stream", ["a.quarc", Path("a.quarc"), io.BytesIO(), None])
+@pytest.mark.parametrize(
+    "stream", ["a.quarc", Path("a.quarc"), io.BytesIO(), np.frombuffer(_BYTES, np.uint8), None]
+)
 def test_what_is_neither_bytes_nor_a_source_is_named(stream):
     with pytest.raises(
         TypeError, match=f"not {type(stream).__name__}: open files with open_source"
