@@ -28,6 +28,7 @@ from quarc_ref.encoder.scenes.fit_motion import Tolerances, fit_motion
 from quarc_ref.encoder.scenes.fit_updates import (
     CodeErrorBounds,
     convert_code_bounds,
+    find_faint_deaths,
     find_recolored,
     fit_updates,
 )
@@ -36,12 +37,12 @@ from quarc_ref.encoder.scenes.matching import Match, match_ids, match_order
 from quarc_ref.encoder.scenes.steps import choose_steps
 from quarc_ref.encoder.scenes.targets import Target, make_target, require_encodable
 from quarc_ref.encoder.scenes.verify import Errors, measure_errors, require_bounds
-from quarc_ref.format.arrays import Bits, Int64
+from quarc_ref.format.arrays import Int64
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.coding.gaussian_planes import order_canonical
 from quarc_ref.format.errors import EncodeError, StateError
 from quarc_ref.format.frame_rate import to_clock
-from quarc_ref.format.records import OPACITY, StreamHeader
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.format.updates import Updates
 
 
@@ -130,9 +131,15 @@ def encode_scenes(
     Raises:
         EncodeError: An array has the wrong shape, ids are repeated, the bounds cannot be met, or a
             frame needs a higher level, but the sink is not seekable.
-        ValueError: The frame rate is out of range.
+        ValueError: The frame rate, the keyframe interval or the first frame is out of range.
     """
     options = options or SceneOptions()
+    if options.keyframe_interval < 0 or not 0 <= options.first_frame < 1 << 32:
+        message = (
+            f"the keyframe interval ({options.keyframe_interval}) must be at least 0, and the "
+            f"first frame ({options.first_frame}) from 0 to 2^32 - 1"
+        )
+        raise ValueError(message)
     frames = map(_to_checked_frame, scenes, count(options.first_frame))
     first_frames = list(islice(frames, _LOOKAHEAD_FRAMES))
     if not first_frames:
@@ -251,7 +258,7 @@ class _Encoding:
             raise EncodeError(str(error)) from error
 
     def _write_frame(self, ordinal: int, target: Target, rows: Int64) -> None:
-        faint_deaths = _find_faint_deaths(self._loop.state, rows < 0)
+        faint_deaths = find_faint_deaths(self._loop.state, rows < 0)
         start = self._loop.start_frame(faint_deaths.size)
         rows = np.delete(rows, faint_deaths)
         symbols = fit_motion(start.state, target, rows, self._tolerances)
@@ -301,17 +308,6 @@ def _make_header(
     )
     matches = [match_frames(previous, current) for previous, current in pairwise(first_frames)]
     return choose_steps(header, bounds, [frame.splats for frame in first_frames], matches)
-
-
-def _find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
-    """Return the Gaussians to delete that are fainter than all Gaussians to keep.
-
-    A frame can delete its faintest Gaussians by storing only their number, so no updates are
-    needed to delete the returned Gaussians.
-    """
-    order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
-    survivor_ranks = np.flatnonzero(~should_delete[order])
-    return order[: survivor_ranks[0] if survivor_ranks.size else 0]
 
 
 _LOOKAHEAD_FRAMES = 3

@@ -116,6 +116,17 @@ def fit_updates(
     return Updates(indices, dies, residuals[:, indices] * ~dies), is_deleted
 
 
+def find_faint_deaths(state: FrameState, should_delete: Bits) -> Int64:
+    """Return the Gaussians to delete that are fainter than all Gaussians to keep.
+
+    A frame can delete its faintest Gaussians by storing only their number, so no updates are
+    needed to delete the returned Gaussians.
+    """
+    order = np.argsort(state.scene.codes[OPACITY.start], kind="stable")
+    survivor_ranks = np.flatnonzero(~should_delete[order])
+    return order[: survivor_ranks[0] if survivor_ranks.size else 0]
+
+
 def _fit_rotations(
     rotations: Float64, targets: Float64, bounds: Float64, header: StreamHeader
 ) -> tuple[Int64, Bits]:

@@ -208,6 +208,15 @@ def test_ids_that_do_not_identify_the_gaussians_are_rejected(ids):
         encode([GivenFrame(make_splats(), np.arange(200)), GivenFrame(make_splats(), ids)])
 
 
+@pytest.mark.parametrize(
+    "options", [{"keyframe_interval": -1}, {"first_frame": -1}, {"first_frame": 1 << 32}]
+)
+def test_an_option_out_of_range_is_named(options):
+    (number,) = options.values()
+    with pytest.raises(ValueError, match=rf"\({number}\)"):
+        encode_scenes([make_splats(3)], io.BytesIO(), SceneOptions(**options))
+
+
 def test_an_empty_input_is_rejected():
     with pytest.raises(EncodeError, match="no frames"):
         encode([])
