@@ -17,14 +17,16 @@ from quarc_ref.streams.rebase import SnapshotRebaser
 from quarc_ref.streams.source import Source
 from quarc_ref.streams.stream_writer import StreamWriter
 
+_SIDE_DATA = (container.CAME, container.META)
+
 
 def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> int:
     """Write the frames from `start` to `stop` - 1 of a stream as a new stream.
 
     Chunks that are not frames are copied if they are before the stream's first frame or after
-    a copied frame. The last `came` and `meta` chunks before `start` are also copied, because they
-    apply to all later frames. Bytes after the requested frames are not read, because they
-    may be damaged or not yet written.
+    a copied frame. `came` and `meta` chunks apply to all later frames: the last ones before
+    `start` are also copied, and those between the last copied frame and `stop` are not. Bytes after
+    the requested frames are not read, because they may be damaged or not yet written.
 
     Args:
         source: A stream.
@@ -53,8 +55,10 @@ def cut(source: Source, start: int | None, stop: int | None, sink: BinaryIO) -> 
     copier.copy(first)
     for step in steps:
         if step.is_frame and step.frame == stop:
+            copier.drop_side_data()
             break
         copier.copy(step)
+    copier.write_held_chunks()
     writer.finish()
     return writer.frame_count
 
@@ -81,7 +85,7 @@ class _SkippedFrames:
                 self.reference = walk.take(step)
         elif step.frame is None:
             self._prologue.append(walk.take(step))
-        elif step.header.kind in (container.CAME, container.META):
+        elif step.header.kind in _SIDE_DATA:
             self._latest_by_kind[step.header.kind] = walk.take(step)
 
     def chunks(self) -> list[Chunk]:
@@ -133,16 +137,31 @@ class _ChunkCopier:
     def __init__(self, writer: StreamWriter, walk: FrameWalk, reference: Chunk | None) -> None:
         self._writer, self._walk, self._reference = writer, walk, reference
         self._rebaser: SnapshotRebaser | None = None
+        self._held_chunks: list[Chunk] = []
 
     def copy(self, step: Step) -> None:
-        """Write the chunk of a step."""
+        """Write the chunk of a step; hold it until the next frame if it is not a frame."""
         chunk = self._walk.take(step)
+        if not step.is_frame:
+            self._held_chunks.append(chunk)
+            return
+        self.write_held_chunks()
         if chunk.kind == container.CANO:
             self._reference = None
         elif chunk.kind == container.SNAP and self._reference is not None:
             self._rebaser = self._rebaser or SnapshotRebaser(self._walk.header, self._reference)
             chunk = self._rebaser.recode(chunk)
         self._writer.write(chunk.kind, chunk.payload)
+
+    def drop_side_data(self) -> None:
+        """Drop the held cameras and metadata, because they apply to frames after the cut."""
+        self._held_chunks = [chunk for chunk in self._held_chunks if chunk.kind not in _SIDE_DATA]
+
+    def write_held_chunks(self) -> None:
+        """Write the held chunks."""
+        for chunk in self._held_chunks:
+            self._writer.write(chunk.kind, chunk.payload)
+        self._held_chunks = []
 
 
 def _describe_nearest_keyframes(previous_keyframe: int | None, next_keyframe: int | None) -> str:

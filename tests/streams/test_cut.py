@@ -121,6 +121,7 @@ def test_the_cameras_and_metadata_in_effect_at_the_first_frame_are_kept():
 
     all_metadata = [wire.parse_metadata(payload) for kind, payload in chunks if kind == b"meta"]
     assert metadata_at_first_frame == all_metadata[2]
+    assert decoder.metadata == metadata_at_first_frame  # not that of frame 8, which follows
     assert decoder.cameras
 
 
