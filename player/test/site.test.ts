@@ -138,7 +138,7 @@ browserTest("published audio plays from Python's server, which has no ranges, an
   await withServer(...makePlainServerCommand(folder), (url) =>
     withPage(`${url}?muted`, async ({ waitUntil }) => {
       await waitUntil(isInSync);
-      await waitUntil(({ player }) => player?.muted && audioElement.seekable.end(0) === 5);
+      await waitUntil(({ player }) => player?.muted && audioElement.seekable.length > 0 && audioElement.seekable.end(0) === 5);
     }),
   );
   await withPage(pathToFileURL(pagePath!).href, ({ waitUntil }) => waitUntil(isInSync));
