@@ -16,7 +16,6 @@ from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.streams.source import BytesSource
-from tests.cli.commands import run
 from tests.evaluation.capture_streams import write_stream
 from tests.evaluation.comparison.conftest import CAMERAS
 from tests.evaluation.conftest import ignore_progress
@@ -84,41 +83,6 @@ def test_byte_counts_are_file_sizes(method_outputs, compare):
     assert sizes == [(outputs / "a.quarc").stat().st_size, plys, 1234]
 
 
-def test_frames_of_fourdgs_have_nearly_the_same_quality(method_outputs, compare, tmp_path):
-    fourdgs = pytest.importorskip("fourdgs")
-    del fourdgs
-    from fourdgs.keyframe_delta_file import write_sequence
-
-    from quarc_ref.streams import decode
-    from rate.keyframe_deltas import _make_samples
-
-    samples = list(_make_samples(decode((method_outputs.folder / "a.quarc").read_bytes())))
-    (tmp_path / "a.4dgs").write_bytes(write_sequence(samples, 4 * samples[1].t0))
-    comparison = compare(
-        method_outputs.folder / "plys", tmp_path / "a.4dgs", capture=method_outputs.capture
-    )
-    ply_psnr, fourdgs_psnr = _list_means(comparison)
-
-    assert comparison.frames == (0, 1, 2, 3)
-    assert fourdgs_psnr == pytest.approx(ply_psnr, abs=0.5)
-
-
-def test_a_fourdgs_file_begins_at_the_frame_in_its_sequence_json(method_outputs, compare, tmp_path):
-    pytest.importorskip("fourdgs")
-    stream = method_outputs.folder / "a.quarc"
-    for name, frames in (("all", "0:4"), ("late", "2:4")):
-        options = ("--to", "4dgs", "--frames", frames, "-o", tmp_path / name)
-        assert run("decode", stream, *options).exit_code == 0
-    comparison = compare(
-        *(tmp_path / name / "frames.4dgs" for name in ("all", "late")),
-        capture=method_outputs.capture,
-    )
-    of_all, of_late = _list_means(comparison)
-
-    assert comparison.frames == (2, 3)
-    assert of_late == pytest.approx(of_all, abs=1e-3)
-
-
 def test_without_a_capture_the_first_entry_is_the_truth(method_outputs, compare):
     outputs = method_outputs.folder
     comparison = compare(outputs / "plys", outputs / "a.quarc", outputs / "renders")
@@ -129,43 +93,6 @@ def test_without_a_capture_the_first_entry_is_the_truth(method_outputs, compare)
     assert stream_psnr == MAX_DECIBELS
     assert 50 < renders_psnr < 70
     assert _list_means(comparison, "moving_psnr") == [None, None]
-
-
-def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
-    shutil.copytree(method_outputs.folder / "plys", tmp_path / "few")
-    (tmp_path / "few" / "point_cloud_00000.ply").unlink()
-    stream = method_outputs.folder / "a.quarc"
-
-    common = compare(stream, tmp_path / "few", capture=method_outputs.capture)
-    assert common.frames == (1, 2, 3)
-    assert common.remarks[-1].endswith(": 0 to 3 in a; 1 to 3 in few")
-    limited = compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 3))
-    assert limited.frames == (1, 2)
-    with pytest.raises(
-        EntryError, match="range has none of the frames that all entries have, 1 to 3"
-    ):
-        compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 1))
-    for frame in (1, 2, 3):
-        path = tmp_path / "few" / f"point_cloud_0000{frame}.ply"
-        path.rename(path.with_stem(f"point_cloud_0001{frame}"))
-    with pytest.raises(EntryError, match=r"common \(0 to 3 in a, the capture; 11 to 13 in few\)"):
-        compare(stream, tmp_path / "few", capture=method_outputs.capture)
-
-
-def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
-    for frame, path in enumerate(sorted((method_outputs.folder / "plys").iterdir()), start=1):
-        shutil.copy(path, tmp_path / f"{frame}.ply")
-    plys, capture = method_outputs.folder / "plys", method_outputs.capture
-    one_based = compare(tmp_path, tmp_path, capture=capture)
-    (tmp_path / "2.ply").unlink()
-    with_gap = compare(method_outputs.folder / "a.quarc", tmp_path)
-
-    assert one_based.frames == (1, 2, 3)
-    remark = f": 1 to 4 in {tmp_path.name}; 0 to 3 in the capture"
-    assert one_based.remarks[0].endswith(remark)
-    remark = f": 0 to 3 in a; 1 to 4 with gaps in {tmp_path.name}"
-    assert with_gap.remarks[0].endswith(remark)
-    assert compare(plys, plys, capture=capture).remarks == ()
 
 
 def test_a_comparison_has_views_of_every_entry_for_the_page(method_outputs, compare):
@@ -291,65 +218,6 @@ def test_streams_of_other_cameras_are_not_compared(method_outputs, compare, tmp_
         other_stream.write_bytes(write_stream(cameras, 4))
         with pytest.raises(MismatchError, match="have different cameras"):
             compare(method_outputs.folder / "a.quarc", other_stream)
-
-
-def test_a_fourdgs_file_of_births_is_read_with_its_spherical_harmonics(tmp_path):
-    fourdgs = pytest.importorskip("fourdgs")
-    from quarc_ref.export.fourdgs_file import read_4dgs
-
-    rng = np.random.default_rng(4)
-    count = 5
-    rotations = np.tile(np.array([0.6, 0, 0, 0.8], dtype=np.float32), (count, 1))
-    levels = rng.integers(0, 256, (count, 9), dtype=np.uint8)
-    gaussians = fourdgs.GaussianSet(
-        positions=rng.uniform(-1, 1, (count, 3)).astype(np.float32),
-        scales=np.full((count, 3), 0.1, dtype=np.float32),
-        rotations=rotations,
-        colors=np.full((count, 4), 0.25, dtype=np.float32),
-        motions=np.full((count, 3), 0.5, dtype=np.float32),
-        mu_t=np.zeros(count, dtype=np.float32),
-        sigma_t=np.full(count, np.inf, dtype=np.float32),
-        win_lo=np.zeros(count),
-        win_hi=np.full(count, 2.0),
-        sh=levels,
-        sh_degree=1,
-    )
-    fourdgs.write(tmp_path / "a.4dgs", gaussians, 2.0)
-    sequence = read_4dgs((tmp_path / "a.4dgs").read_bytes(), 1.0)
-    (first, _), (later, _) = sequence.read()
-
-    assert sequence.count == 2
-    assert later.positions == pytest.approx(first.positions + 0.5, abs=1e-2)
-    assert first.rotations == pytest.approx(np.roll(rotations, 1, axis=1), abs=1e-2)
-    assert np.exp(first.log_scales) == pytest.approx(np.full((count, 3), 0.1), rel=0.05)
-    assert 1 / (1 + np.exp(-first.opacities)) == pytest.approx(np.full(count, 0.25), abs=0.01)
-    # The file stores SH by channel and then coefficient; `Splats` by coefficient and then channel.
-    written_order = np.lexsort(gaussians.positions.T)
-    read_order = np.lexsort(first.positions.T)
-    expected = (levels / 255 * 8 - 4).reshape(count, 3, 3).transpose(0, 2, 1)
-    assert first.sh[read_order, 1:] == pytest.approx(expected[written_order], abs=0.2)
-
-
-def test_a_file_that_is_not_fourdgs_is_rejected_by_name(method_outputs, compare, tmp_path):
-    pytest.importorskip("fourdgs")
-    (tmp_path / "a.4dgs").write_bytes(b"\x00" * 64)
-
-    with pytest.raises(UnreadableFramesError, match=r"a\.4dgs"):
-        compare(
-            method_outputs.folder / "a.quarc", tmp_path / "a.4dgs", capture=method_outputs.capture
-        )
-
-
-@pytest.mark.parametrize("with_capture", [True, False])
-def test_streams_that_start_at_different_frames_are_rejected(
-    with_capture, method_outputs, compare, tmp_path
-):
-    capture = method_outputs.capture if with_capture else None
-    later_path = tmp_path / "later.quarc"
-    later_path.write_bytes(write_stream(method_outputs.cameras, 2, {"start": "2"}))
-
-    with pytest.raises(EntryError, match=r"a begins at frame 0 .* later at frame 2"):
-        compare(method_outputs.folder / "a.quarc", later_path, capture=capture)
 
 
 def test_streams_are_compared_on_cameras_that_none_was_trained_on(

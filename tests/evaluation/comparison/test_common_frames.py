@@ -1,0 +1,57 @@
+"""Tests of the frames on which entries are compared."""
+
+import shutil
+
+import pytest
+
+from quarc_ref.evaluation.comparison.entries import EntryError
+from tests.evaluation.capture_streams import write_stream
+
+
+def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
+    shutil.copytree(method_outputs.folder / "plys", tmp_path / "few")
+    (tmp_path / "few" / "point_cloud_00000.ply").unlink()
+    stream = method_outputs.folder / "a.quarc"
+
+    common = compare(stream, tmp_path / "few", capture=method_outputs.capture)
+    assert common.frames == (1, 2, 3)
+    assert common.remarks[-1].endswith(": 0 to 3 in a; 1 to 3 in few")
+    limited = compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 3))
+    assert limited.frames == (1, 2)
+    with pytest.raises(
+        EntryError, match="range has none of the frames that all entries have, 1 to 3"
+    ):
+        compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 1))
+    for frame in (1, 2, 3):
+        path = tmp_path / "few" / f"point_cloud_0000{frame}.ply"
+        path.rename(path.with_stem(f"point_cloud_0001{frame}"))
+    with pytest.raises(EntryError, match=r"common \(0 to 3 in a, the capture; 11 to 13 in few\)"):
+        compare(stream, tmp_path / "few", capture=method_outputs.capture)
+
+
+def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
+    for frame, path in enumerate(sorted((method_outputs.folder / "plys").iterdir()), start=1):
+        shutil.copy(path, tmp_path / f"{frame}.ply")
+    plys, capture = method_outputs.folder / "plys", method_outputs.capture
+    one_based = compare(tmp_path, tmp_path, capture=capture)
+    (tmp_path / "2.ply").unlink()
+    with_gap = compare(method_outputs.folder / "a.quarc", tmp_path)
+
+    assert one_based.frames == (1, 2, 3)
+    remark = f": 1 to 4 in {tmp_path.name}; 0 to 3 in the capture"
+    assert one_based.remarks[0].endswith(remark)
+    remark = f": 0 to 3 in a; 1 to 4 with gaps in {tmp_path.name}"
+    assert with_gap.remarks[0].endswith(remark)
+    assert compare(plys, plys, capture=capture).remarks == ()
+
+
+@pytest.mark.parametrize("with_capture", [True, False])
+def test_streams_that_start_at_different_frames_are_rejected(
+    with_capture, method_outputs, compare, tmp_path
+):
+    capture = method_outputs.capture if with_capture else None
+    later_path = tmp_path / "later.quarc"
+    later_path.write_bytes(write_stream(method_outputs.cameras, 2, {"start": "2"}))
+
+    with pytest.raises(EntryError, match=r"a begins at frame 0 .* later at frame 2"):
+        compare(method_outputs.folder / "a.quarc", later_path, capture=capture)
