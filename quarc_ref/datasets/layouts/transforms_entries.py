@@ -186,7 +186,7 @@ def _parse_pinhole(
 
 
 def _focal_length(values: Mapping[str, object], key: str, size: float) -> float:
-    """Return the focal length in pixels of an angle of view in radians over a picture's size."""
+    """Return the focal length in pixels, from the angle in radians that `size` pixels cover."""
     angle = _get_number(values, key)
     if not 0 < angle < math.pi:
         message = f"'{key}' is {angle:g}, but it must be an angle between 0 and pi radians"

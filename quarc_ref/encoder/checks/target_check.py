@@ -20,10 +20,9 @@ def check_target(frame_sizes: Sequence[int], target_kb: float) -> Iterator[Findi
     mean_kb = mean(frame_sizes) / 1024
     if mean_kb <= _MAX_RATIO * target_kb:
         return
-    last_kb = frame_sizes[-1] / 1024
     message = (
-        f"frames take {mean_kb:.2f} KB on average, more than the target of {target_kb:g} KB: the "
-        f"first frames do not know the capture yet, and the last one takes {last_kb:.2f} KB; more "
-        "frames come closer to the target, and so does a lower --quality"
+        f"frames take {mean_kb:.2f} KB on average, more than the target of {target_kb:g} KB (the "
+        f"last frame: {frame_sizes[-1] / 1024:.2f} KB). Rate control needs several frames to "
+        "adapt: encode more frames, or choose a lower --quality"
     )
     yield Finding("target-exceeded", message)

@@ -19,4 +19,4 @@ def test_sizes_above_the_target_give_a_finding():
 
     assert finding.kind == "target-exceeded"
     assert "3.00 KB on average, more than the target of 1.5 KB" in finding.message
-    assert "the last one takes 2.00 KB" in finding.message
+    assert "the last frame: 2.00 KB" in finding.message
