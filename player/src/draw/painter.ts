@@ -72,8 +72,8 @@ export class Painter {
   }
 
   /** Upload the changes of a frame, and possibly keep the previous frame; this does not draw the frame. */
-  apply(packet: FramePacket, keepsPast: boolean): void {
-    this.#slotTextures.apply(packet, keepsPast);
+  apply(packet: FramePacket, keepsPrevious: boolean): void {
+    this.#slotTextures.apply(packet, keepsPrevious);
   }
 
   /** Set the slots to draw, farthest first. */

@@ -33,8 +33,8 @@ interface Layer {
 export class SlotTextures {
   readonly #gl: WebGL2RenderingContext;
   readonly #layers: readonly [Layer, Layer];
-  /** The layers before the current frame; they have their own textures and framebuffers. Empty until they are needed. */
-  #pastLayers: readonly Layer[] = [];
+  /** The layers of the previous frame; they have their own textures and framebuffers. Empty until they are needed. */
+  #previousLayers: readonly Layer[] = [];
   #rowCount = 0;
 
   constructor(gl: WebGL2RenderingContext, shDegree: number) {
@@ -45,19 +45,19 @@ export class SlotTextures {
   }
 
   /**
-   * The textures of positions, of rotations, and of the codes, which have four codes each; then those of the values
-   * before the frame, in the same order.
+   * The textures of positions, of rotations, and of the codes, which have four codes each; then those of the previous
+   * frame, in the same order.
    */
   get textures(): readonly WebGLTexture[] {
-    const pastLayers = this.#pastLayers.length > 0 ? this.#pastLayers : this.#layers;
-    return [...this.#layers, ...pastLayers].flatMap((layer) => layer.textures);
+    const previousLayers = this.#previousLayers.length > 0 ? this.#previousLayers : this.#layers;
+    return [...this.#layers, ...previousLayers].flatMap((layer) => layer.textures);
   }
 
-  /** Upload the changes of a frame. With `keepsPast`, keep the values before the frame as well. */
-  apply(packet: FramePacket, keepsPast: boolean): void {
+  /** Upload the changes of a frame. With `keepsPrevious`, keep the values of the previous frame as well. */
+  apply(packet: FramePacket, keepsPrevious: boolean): void {
     const { slotLimit, isFull, movedSlots, positions, rotations, codedSlots, codes } = packet;
     this.#reserve(slotLimit, !isFull);
-    if (keepsPast) this.#keepPast(packet);
+    if (keepsPrevious) this.#keepPrevious(packet);
     this.#write(this.#layers[0], movedSlots, [positions, rotations]);
     this.#write(this.#layers[1], codedSlots, [codes]);
   }
@@ -69,20 +69,20 @@ export class SlotTextures {
       gl.deleteVertexArray(layer.vertices);
       gl.deleteProgram(layer.program);
     }
-    for (const layer of [...this.#layers, ...this.#pastLayers]) deleteTextures(gl, layer);
+    for (const layer of [...this.#layers, ...this.#previousLayers]) deleteTextures(gl, layer);
   }
 
-  /** Copy all values to the past layers; births are transparent in the past, and otherwise as in the frame. */
-  #keepPast({ bornSlots, movedSlots, positions, rotations, codedSlots, codes }: FramePacket): void {
-    if (this.#pastLayers.length === 0) {
-      this.#pastLayers = this.#layers.map((layer) => ({ ...layer, textures: [], framebuffer: null }));
-      for (const layer of this.#pastLayers) enlarge(this.#gl, layer, this.#rowCount, 0);
+  /** Copy all values to the previous layers; births are transparent there, and otherwise as in the frame. */
+  #keepPrevious({ bornSlots, movedSlots, positions, rotations, codedSlots, codes }: FramePacket): void {
+    if (this.#previousLayers.length === 0) {
+      this.#previousLayers = this.#layers.map((layer) => ({ ...layer, textures: [], framebuffer: null }));
+      for (const layer of this.#previousLayers) enlarge(this.#gl, layer, this.#rowCount, 0);
     }
     this.#layers.forEach((layer, index) => {
-      const { textures } = this.#pastLayers[index] as Layer;
+      const { textures } = this.#previousLayers[index] as Layer;
       textures.forEach((texture, number) => copyRows(this.#gl, layer, number, texture, this.#rowCount));
     });
-    const [motionLayer, codeLayer] = this.#pastLayers as [Layer, Layer];
+    const [motionLayer, codeLayer] = this.#previousLayers as [Layer, Layer];
     const movedRows = findRows(movedSlots, bornSlots);
     this.#write(motionLayer, bornSlots, [gatherRows(positions, 3, movedRows), gatherRows(rotations, 4, movedRows)]);
     const width = codes.length / Math.max(1, codedSlots.length);
@@ -121,7 +121,7 @@ export class SlotTextures {
     }
     const rows = Math.min(maxRows, Math.max(neededRows, Math.ceil(1.5 * this.#rowCount)));
     const copiedRows = keepsContents ? this.#rowCount : 0;
-    for (const layer of [...this.#layers, ...this.#pastLayers]) enlarge(this.#gl, layer, rows, copiedRows);
+    for (const layer of [...this.#layers, ...this.#previousLayers]) enlarge(this.#gl, layer, rows, copiedRows);
     this.#rowCount = rows;
   }
 }

@@ -8,7 +8,7 @@ export const INSTANCE_SPLATS = 16;
 /** Names of the samplers of the vertex shader, in the order of their texture units. */
 export function samplerNames(shDegree: number): readonly string[] {
   const names = ["positions", "rotations", "shapes", "base", ...(shDegree > 0 ? ["rest0", "rest1"] : [])];
-  return [...names, ...names.map((name) => `${name}Before`)]; // the values before the frame
+  return [...names, ...names.map((name) => `${name}Before`)]; // the values of the previous frame
 }
 
 /** Return the source of the vertex shader. A vertex is a corner of the box around the ellipse where alpha is 1/255. */
