@@ -8,7 +8,7 @@ from quarc_ref.calibration.recordings import Recordings
 from quarc_ref.datasets.arrangements import list_single_pictures
 from quarc_ref.datasets.errors import MaskNameError, MaskSizeError
 from quarc_ref.datasets.masks import describe_unused_masks, find_used_pixels
-from quarc_ref.datasets.video import read_still
+from quarc_ref.datasets.stills import read_still
 
 
 def read_masks(folder: Path, recordings: Recordings) -> dict[str, Mask]:

@@ -12,8 +12,9 @@ from quarc_ref.datasets.agreement import require_common_frame_rate
 from quarc_ref.datasets.capture import Image, PictureSource
 from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.media import read_still_size
+from quarc_ref.datasets.stills import read_still
 from quarc_ref.datasets.undistortion import Rectifier
-from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader, read_still
+from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 
 DEFAULT_FRAMES_PER_SECOND = 30.0  # for picture files, which state no frame rate
 Size = tuple[int, int]

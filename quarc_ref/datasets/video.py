@@ -1,11 +1,10 @@
-"""Decodes videos and picture files, which the module `media` opens.
+"""Decodes videos, which the module `media` opens.
 
 Ground-truth pictures are the output of PyAV's `frame.to_ndarray(format="rgb24")`: FFmpeg's scaler
 upsamples chroma and converts to RGB with its default settings, except for video with more than 8
-bits (`rotate_upright`). Picture files with 16 bits per channel are rounded to 8 bits, because the
-scaler would dither them and make them brighter. Frames are numbered in the order of their
-timestamps. The number of frames is found by counting packets, because headers can be wrong. Only
-one thread may use a `VideoReader` at a time.
+bits (`rotate_upright`). Frames are numbered in the order of their timestamps. The number of frames
+is found by counting packets, because headers can be wrong. Only one thread may use a `VideoReader`
+at a time.
 """
 
 import math
@@ -23,13 +22,11 @@ from av.video.stream import VideoStream
 from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
-from quarc_ref.datasets.media import decode_still, open_video
-from quarc_ref.datasets.orientation import MAX_LEVEL_BITS, require_unmirrored, rotate_upright
+from quarc_ref.datasets.media import open_video
+from quarc_ref.datasets.orientation import require_unmirrored, rotate_upright
 from quarc_ref.wording import format_count
 
 UNSTATED_MATRIX = 2
-_FULL_CHROMA = {"yuvj420p": "yuvj444p", "yuvj422p": "yuvj444p", "yuvj440p": "yuvj444p"}  # JPEG
-_DEEP_LEVELS_PER_LEVEL = 65535 // 255  # levels of 16 bits per level of 8 bits
 _HDR_TRANSFERS = (ColorTrc.SMPTE2084, ColorTrc.ARIB_STD_B67)  # PQ and HLG
 
 
@@ -136,56 +133,6 @@ class VideoReader:
             if decoded.pts is not None and decoded.pts >= target_time:
                 return decoded if decoded.pts == target_time else None
         return None
-
-
-def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
-    """Read a PNG or JPEG file as `[H, W, 3]` sRGB; transparency is ignored.
-
-    The levels of 16-bit PNG files are rounded to 8 bits. The chroma of JPEG files is upsampled
-    before the conversion to RGB, because FFmpeg converts subsampled chroma with truncated levels,
-    up to 2 darker than those of libjpeg.
-
-    Args:
-        path: Path of the file.
-        size: Width and height that the picture must have, pixels; None for any.
-
-    Raises:
-        MissingFileError: The file does not exist.
-        UnreadableVideoError: The file is not a picture, has an EXIF orientation, or has a
-            different size.
-    """
-    frame = decode_still(path, size)
-    try:
-        if frame.format.components[0].bits > MAX_LEVEL_BITS:
-            levels = frame.to_ndarray(format="rgb48le") / _DEEP_LEVELS_PER_LEVEL
-            return np.asarray(np.rint(levels), dtype=np.uint8)
-        height, width = frame.height, frame.width
-        if frame.format.name in _FULL_CHROMA:
-            frame = _pad_to_even_size(frame).reformat(format=_FULL_CHROMA[frame.format.name])
-        picture = frame.to_ndarray(format="rgb24")[:height, :width]
-        return np.ascontiguousarray(picture, dtype=np.uint8)
-    except (av.FFmpegError, ValueError) as error:
-        message = f"{path} cannot be converted to RGB ({error}): export it again"
-        raise UnreadableVideoError(message) from error
-
-
-def _pad_to_even_size(frame: av.VideoFrame) -> av.VideoFrame:
-    """Return a frame whose chroma has exactly half its size, by repeating the last pixels.
-
-    FFmpeg would scale the chroma of an odd size by less than two, and so shift the colors.
-    """
-    width, height = frame.width + frame.width % 2, frame.height + frame.height % 2
-    if (width, height) == (frame.width, frame.height):
-        return frame
-    padded = av.VideoFrame(width, height, frame.format.name)
-    padded.colorspace, padded.color_range = frame.colorspace, frame.color_range
-    for plane, padded_plane in zip(frame.planes, padded.planes, strict=True):
-        stored_rows = np.frombuffer(memoryview(plane), np.uint8).reshape(plane.height, -1)
-        rows = stored_rows[:, : plane.width]
-        size = (padded_plane.height, padded_plane.line_size)
-        padding = [(0, new - old) for new, old in zip(size, rows.shape, strict=True)]
-        padded_plane.update(np.pad(rows, padding, mode="edge").tobytes())
-    return padded
 
 
 class _Packet(NamedTuple):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from quarc_ref.datasets.video import read_still
+from quarc_ref.datasets.stills import read_still
 from quarc_ref.decoder import dequantize
 from quarc_ref.export.gaussian_ply import build_ply
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json

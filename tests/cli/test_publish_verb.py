@@ -6,7 +6,7 @@ from pathlib import Path, PureWindowsPath
 import pytest
 
 from quarc_ref.cli.page_options import make_page_title
-from quarc_ref.datasets.video import read_still
+from quarc_ref.datasets.stills import read_still
 from quarc_ref.viewing.page import read_player
 from tests.cli.commands import list_names, run, run_json
 from tests.cli.processes import run_piped

@@ -2,7 +2,8 @@ import av
 import numpy as np
 import pytest
 
-from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.video import VideoReader
 from quarc_ref.evaluation.metrics import measure_psnr
 from tests.cli.commands import list_names, read_json, run, run_json
 from tests.cli.processes import run_piped

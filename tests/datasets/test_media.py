@@ -13,7 +13,8 @@ import pytest
 
 from quarc_ref.datasets.errors import CaptureError, MissingFileError, UnreadableVideoError
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
-from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.video import VideoReader
 from tests.datasets import forgeries, scenes
 
 _TIME_LIMIT = 30.0  # seconds; calls usually take milliseconds

@@ -9,7 +9,8 @@ import pytest
 from quarc_ref.datasets.errors import UnreadablePoseError, UnreadableVideoError
 from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.open_capture import open_capture
-from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.video import VideoReader
 from tests.datasets import forgeries, scenes
 
 # The OpenCV constant for each display rotation of a video.

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
-from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.video import VideoReader
 from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from tests.datasets import scenes
 

@@ -4,7 +4,8 @@ import av
 import numpy as np
 import pytest
 
-from quarc_ref.datasets.video import VideoReader, read_still
+from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.video import VideoReader
 from quarc_ref.datasets.video_writer import VideoFormat, build_jpeg, build_png, write_video_file
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.arrangements import is_still
-from quarc_ref.datasets.video import read_still
+from quarc_ref.datasets.stills import read_still
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
 from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.evaluation.metrics import Picture
