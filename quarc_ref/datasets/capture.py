@@ -20,6 +20,7 @@ from quarc_ref.format.cameras import Camera
 
 Image = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
+Alpha = NDArray[np.uint8]
 _MAX_CACHE_BYTES = 1 << 28
 _NO_NOTES = CaptureNotes()
 
@@ -80,6 +81,18 @@ class MaskSource(Protocol):
         ...
 
 
+class AlphaSource(Protocol):
+    """Interface for reading how much of each pixel a subject covers."""
+
+    def read(self, camera: int, frame: int) -> Alpha:
+        """Return the `[H, W]` alpha of a picture, from 0 (transparent) to 255 (opaque).
+
+        Raises:
+            CaptureError: The alpha cannot be read.
+        """
+        ...
+
+
 class Capture:
     """Multi-view video of one scene.
 
@@ -89,14 +102,15 @@ class Capture:
         frame_count: Number of frames that every camera has.
         frames_per_second: Frame rate of all cameras.
         points: Initial points of the scene at frame 0.
-        source: Source of the pictures.
+        source: Source of the pictures. Transparent pixels are black in them.
         fingerprint: Hex digest that identifies the capture's files.
         max_cache_bytes: Maximum size of the picture cache, bytes.
         full_capture: The whole capture, if this capture is only a part of it; otherwise None.
         findings: Problems that the loader found, and assumptions that it made.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
         notes: Up direction and scale of the scene.
-        masks: Source of the masks; None if the capture has no masks.
+        masks: Source of the masks; None if all pixels are used.
+        alphas: Source of the alpha of the pictures; None if they are opaque.
         stored_pictures: The pictures before they are undistorted and downscaled; None if they are
             not known.
     """
@@ -116,6 +130,7 @@ class Capture:
         start: int = 0,
         notes: CaptureNotes = _NO_NOTES,
         masks: MaskSource | None = None,
+        alphas: AlphaSource | None = None,
         stored_pictures: PictureSource | None = None,
     ) -> None:
         self.name = name
@@ -129,6 +144,7 @@ class Capture:
         self.notes = notes
         self.full_capture = full_capture or self
         self.masks = masks
+        self.alphas = alphas
         self.stored_pictures = stored_pictures
         self._source = source
         self._cache: OrderedDict[tuple[int, int], Image] = OrderedDict()
@@ -190,6 +206,14 @@ class Capture:
             CaptureError: The mask cannot be read.
         """
         return None if self.masks is None else self.masks.read(camera, frame)
+
+    def alpha(self, camera: int, frame: int) -> Alpha | None:
+        """Return the `[H, W]` alpha of a picture, 0 to 255; None if the capture is opaque.
+
+        Raises:
+            CaptureError: The alpha cannot be read.
+        """
+        return None if self.alphas is None else self.alphas.read(camera, frame)
 
     def _count_cached_bytes(self) -> int:
         return sum(picture.nbytes for picture in self._cache.values())

@@ -3,10 +3,10 @@
 The file is in the folder of a capture, next to the files of the capture's layout:
 
     {"offsets": {"cam03": 4, "cam07": 0.5}, "frames_per_second": 25, "up": [0, -1, 0],
-     "meters_per_unit": 1}
+     "meters_per_unit": 1, "background": "transparent"}
 
-Every key is optional. `calibrate` writes the file. Loading a capture applies the offsets and the
-frame rate, and encoding writes the up direction and the scale into the stream.
+Every key is optional. `calibrate` writes the file. Loading a capture applies the offsets, the
+frame rate and the background, and encoding writes the up direction and the scale into the stream.
 """
 
 import json
@@ -21,7 +21,8 @@ from quarc_ref.files import write_file
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 
 NOTES_NAME = "quarc-capture.json"
-_KEYS = ("offsets", "frames_per_second", "up", "meters_per_unit")
+_KEYS = ("offsets", "frames_per_second", "up", "meters_per_unit", "background")
+_BACKGROUNDS = {"opaque": False, "transparent": True}
 _MAX_BYTES = 1 << 20
 _MAX_OFFSET = 1e7  # largest offset: a day at 100 frames per second
 _MAX_METERS_PER_UNIT = 1e6  # largest `meters_per_unit`, as in the header of a stream (SPEC 5.3)
@@ -31,7 +32,7 @@ Direction = tuple[float, float, float]
 
 @dataclass(frozen=True, slots=True)
 class CaptureNotes:
-    """Time offsets, frame rate, up direction and scale of a capture.
+    """Time offsets, frame rate, up direction, scale and background of a capture.
 
     Attributes:
         offsets: Offsets in frames by camera name: frame `t` of the capture is frame
@@ -41,6 +42,8 @@ class CaptureNotes:
         meters_per_unit: Size of a world unit; None if it is unknown.
         frames_per_second: Frame rate of all cameras; None for the one that the videos state.
             Folders of pictures state none.
+        has_transparent_background: Whether the scene consists only of what the masks, or the
+            alpha channels of the pictures, cover.
 
     Raises:
         ValueError: A number is not finite or out of range.
@@ -50,6 +53,7 @@ class CaptureNotes:
     up: Direction | None = None
     meters_per_unit: float | None = None
     frames_per_second: float | None = None
+    has_transparent_background: bool = False
 
     def __post_init__(self) -> None:
         for name, offset in self.offsets.items():
@@ -162,6 +166,8 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
         document["meters_per_unit"] = notes.meters_per_unit
     if notes.frames_per_second is not None:
         document["frames_per_second"] = notes.frames_per_second
+    if notes.has_transparent_background:
+        document["background"] = "transparent"
     write_file(path, json.dumps(document, indent=2, allow_nan=False).encode() + b"\n")
 
 
@@ -184,14 +190,24 @@ def _parse_notes(data: bytes) -> CaptureNotes:
     if not isinstance(offsets, dict):
         message = "'offsets' is not an object that maps cameras to frames"
         raise TypeError(message)
+    meters_per_unit, frames_per_second = (
+        _parse_number(document[key], key) if key in document else None
+        for key in ("meters_per_unit", "frames_per_second")
+    )
     return CaptureNotes(
         {name: _parse_number(offset, f"the offset of {name}") for name, offset in offsets.items()},
         _parse_up(document["up"]) if "up" in document else None,
-        *(
-            _parse_number(document[key], key) if key in document else None
-            for key in ("meters_per_unit", "frames_per_second")
-        ),
+        meters_per_unit,
+        frames_per_second,
+        _parse_background(document.get("background", "opaque")),
     )
+
+
+def _parse_background(value: object) -> bool:
+    if not isinstance(value, str) or value not in _BACKGROUNDS:
+        message = f"'background' is not one of {', '.join(map(repr, _BACKGROUNDS))}"
+        raise ValueError(message)
+    return _BACKGROUNDS[value]
 
 
 def _parse_up(value: object) -> Direction:

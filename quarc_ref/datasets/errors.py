@@ -16,7 +16,8 @@
     ├── MaskError               masks do not fit the pictures
     │   ├── MaskNameError       masks are not named after cameras
     │   ├── MaskSizeError       a mask and the pictures of its camera differ in size
-    │   └── MaskCountError      a camera has several masks, but not one for each frame
+    │   ├── MaskCountError      a camera has several masks, but not one for each frame
+    │   └── MissingAlphaError   the background is transparent, but a picture has no alpha
     ├── UnreadablePoseError     a pose file is malformed, or has an invalid pose
     ├── UnreadableNotesError    quarc-capture.json is malformed
     ├── UnsupportedCameraError  pictures of a camera cannot be undistorted
@@ -99,6 +100,10 @@ class MaskSizeError(MaskError):
 
 class MaskCountError(MaskError):
     """A camera has several masks, but not one for each frame."""
+
+
+class MissingAlphaError(MaskError):
+    """The background is transparent, but a picture has neither a mask nor an alpha channel."""
 
 
 class UnreadablePoseError(CaptureError):

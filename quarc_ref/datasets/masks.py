@@ -1,7 +1,8 @@
 """Reads the masks of a capture, which select the pixels to use for training and evaluation.
 
 White pixels are used and black pixels are ignored, as in COLMAP and nerfstudio. A camera has one
-mask for all frames, one mask per frame, or no mask. Without a mask, all pixels are used.
+mask for all frames, one mask per frame, or no mask. Without a mask, all pixels are used. In a
+capture with a transparent background, masks are the alpha of the pictures instead (`alphas`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ from quarc_ref.datasets.arrangements import (
     list_single_pictures,
     list_videos,
 )
-from quarc_ref.datasets.capture import Image, Mask, MaskSource
+from quarc_ref.datasets.capture import Alpha, Image, Mask, MaskSource
 from quarc_ref.datasets.errors import MaskCountError, MaskNameError, MaskSizeError
 from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.pictures import FilePictures, Pictures, Size, VideoPictures
@@ -27,6 +28,7 @@ from quarc_ref.wording import format_count
 
 _LOSSLESS_SUFFIX = ".png"
 _WHITE_THRESHOLD = 127  # of 255; lossy compression changes black and white slightly
+_LOSSY_BLACK, _LOSSY_WHITE = 16, 239  # of 255; darker and brighter levels are black and white
 
 
 class FileMasks:
@@ -69,12 +71,27 @@ class FileMasks:
 
     def read(self, camera: int, frame: int) -> Mask | None:
         """Read a mask, as described for `MaskSource.read`."""
+        stored = self._read_stored(camera, frame)
+        return None if stored is None else find_used_pixels(*stored)
+
+    def read_alpha(self, camera: int, frame: int) -> Alpha | None:
+        """Read a mask as alpha `[H, W]`, 0 to 255: white is opaque, and gray is translucent.
+
+        Returns:
+            The alpha; None if the camera has no mask.
+
+        Raises:
+            CaptureError: The mask cannot be read.
+        """
+        stored = self._read_stored(camera, frame)
+        return None if stored is None else _measure_alpha(*stored)
+
+    def _read_stored(self, camera: int, frame: int) -> tuple[Image, Path] | None:
         source = self._sources[camera]
         if source is None:
             return None
         picture = source.read(0, frame if source.lengths[0] > 1 else 0)
-        path = source.paths[0][min(frame, len(source.paths[0]) - 1)]
-        return find_used_pixels(picture, path)
+        return picture, source.paths[0][min(frame, len(source.paths[0]) - 1)]
 
 
 class RectifiedMasks:
@@ -108,6 +125,16 @@ def find_used_pixels(picture: Image, path: Path) -> Mask:
     """
     threshold = 0 if path.suffix.lower() == _LOSSLESS_SUFFIX else _WHITE_THRESHOLD
     return np.asarray(picture.max(axis=2) > threshold)
+
+
+def _measure_alpha(picture: Image, path: Path) -> Alpha:
+    levels = picture.max(axis=2)
+    if path.suffix.lower() == _LOSSLESS_SUFFIX:
+        return np.asarray(levels)
+    scale = 255 / (_LOSSY_WHITE - _LOSSY_BLACK)
+    return np.asarray(
+        np.rint(np.clip((levels.astype(np.float64) - _LOSSY_BLACK) * scale, 0, 255)), dtype=np.uint8
+    )
 
 
 def find_masks(

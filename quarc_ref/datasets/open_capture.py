@@ -17,9 +17,12 @@ from quarc_ref.datasets.agreement import (
     find_hdr_videos,
     require_usable_frame_rate,
 )
+from quarc_ref.datasets.alphas import find_ignored_alpha
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
-from quarc_ref.datasets.capture import Capture, PictureSource, Points
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.capture_media import open_media
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, read_capture_notes
+from quarc_ref.datasets.choose_points import choose_points
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     HeldOutError,
@@ -30,10 +33,9 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Finding, format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
-from quarc_ref.datasets.masks import FileMasks, RectifiedMasks, find_masks
-from quarc_ref.datasets.pictures import RectifiedPictures, SynchronizedPictures
-from quarc_ref.datasets.point_cache import load_or_compute_points, make_cache_key
-from quarc_ref.datasets.triangulation import triangulate
+from quarc_ref.datasets.masks import FileMasks, find_masks
+from quarc_ref.datasets.pictures import SynchronizedPictures
+from quarc_ref.datasets.point_cache import make_cache_key
 from quarc_ref.datasets.undistortion import Rectifier
 from quarc_ref.wording import format_count
 
@@ -92,14 +94,14 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
     ]
     names = [camera.name for camera in cameras]
     footage, synchronized_pictures = _synchronize(path, footage, notes, options)
-    common_count = synchronized_pictures.frame_count
-    source = RectifiedPictures(synchronized_pictures, names, rectifiers)
+    media = open_media(names, footage, synchronized_pictures, rectifiers, notes)
     fingerprint = compute_fingerprint(path, footage.files)
-    points = footage.points
-    if points is None:
-        training_names = [name for name in names if name not in held_out]
-        key = make_cache_key(fingerprint, options.start, options.downscale, training_names)
-        points = load_or_compute_points(key, lambda: _triangulate_points(cameras, source, held_out))
+    training = [index for index, name in enumerate(names) if name not in held_out]
+    key = make_cache_key(
+        fingerprint, options.start, options.downscale, [names[index] for index in training]
+    )
+    points = choose_points(footage.points, cameras, training, media, key)
+    common_count = synchronized_pictures.frame_count
     return Capture(
         name=path.resolve().name,
         cameras=[
@@ -109,14 +111,13 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         frame_count=min(common_count, options.max_frames or common_count),
         frames_per_second=frames_per_second,
         points=points,
-        source=source,
+        source=media.pictures,
         fingerprint=fingerprint,
         findings=footage.findings,
         start=options.start,
         notes=notes,
-        masks=RectifiedMasks(footage.masks, synchronized_pictures.first_frames, rectifiers)
-        if footage.masks
-        else None,
+        masks=media.masks,
+        alphas=media.alphas,
         stored_pictures=synchronized_pictures,
     )
 
@@ -176,12 +177,13 @@ def _synchronize(
         compare_rotations(names, footage.source.rotations),
         find_hdr_videos(names, footage.source.hdr_flags),
         compare_color_matrices(names, footage.source.color_matrices),
+        None if notes.has_transparent_background else find_ignored_alpha(footage),
     ]
     if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
         lengths = footage.source.lengths
         findings.append(compare_lengths(names, lengths, list(offsets.values())))
     footage = replace(footage, findings=tuple(filter(None, findings)))
-    if any(offsets.values()):
+    if any(offsets.values()) or notes.has_transparent_background:
         description_files = (*footage.description_files, path / NOTES_NAME)
         footage = replace(footage, description_files=description_files)
     return footage, synchronized_pictures
@@ -238,12 +240,3 @@ def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:
     except UnsupportedCameraError as error:
         message = f"camera {camera.name}: {error}"
         raise UnsupportedCameraError(message) from error
-
-
-def _triangulate_points(
-    cameras: Sequence[CalibratedCamera], source: PictureSource, held_out: frozenset[str]
-) -> Points:
-    """Triangulate points from the pictures of the training cameras at frame 0."""
-    indices = [index for index, camera in enumerate(cameras) if camera.name not in held_out]
-    pictures = [source.read(index, 0) for index in indices]
-    return triangulate([cameras[index] for index in indices], pictures)

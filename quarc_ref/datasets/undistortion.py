@@ -46,10 +46,10 @@ class Rectifier:
         self._maps: tuple[cv2.typing.MatLike, cv2.typing.MatLike] | None = None
 
     def rectify(self, picture: Image) -> Image:
-        """Undistort and downscale a picture; return `[H, W, 3]` sRGB with the lens `lens`.
+        """Undistort and downscale a picture; return one with the lens `lens`.
 
         Args:
-            picture: `[H, W, 3]` sRGB with the lens `source_lens`.
+            picture: `[H, W, 3]` sRGB, or `[H, W]` alpha, with the lens `source_lens`.
         """
         if self._pinhole is not self.source_lens:
             border = cv2.BORDER_REPLICATE  # The filter also reads pixels outside the picture.

@@ -28,11 +28,13 @@ def describe_encode(capture: Capture, config: EncoderConfig, device: str) -> dic
     renderer = choose_rasterizer(choose_device(device)).name
     libraries = ", ".join(f"{name} {version(name)}" for name in sorted({"torch", renderer}))
     start_entry = {"start": str(capture.start)} if capture.start else {}
+    background_entry = {"background": "transparent"} if capture.alphas else {}
     return {
         "capture": capture.name,
         "fingerprint": capture.fingerprint,
         **start_entry,
         **describe_up(capture.notes),
+        **background_entry,
         "encoder": f"quarc-ref {__version__}, {libraries}",
         "settings": " ".join(f"{name}={value}" for name, value in _list_changed_settings(config)),
     }

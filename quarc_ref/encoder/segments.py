@@ -3,14 +3,14 @@
 Every segment starts with a canonical frame, so segments are independent.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, Generic, TypeVar
 
-from quarc_ref.datasets.capture import Capture, Image, Mask
+from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.findings import Finding, FindingCallback, ignore_finding
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.description import describe_encode
@@ -30,6 +30,8 @@ from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from quarc_ref.streams.join import join
 from quarc_ref.streams.sources import FileSource
 from quarc_ref.wording import format_count
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,35 +193,24 @@ def slice_capture(capture: Capture, first: int, count: int) -> Capture:
         frame_count=count,
         frames_per_second=capture.frames_per_second,
         points=capture.points,
-        source=_OffsetPictures(capture, first),
+        source=_LaterFrames(capture.image, first),
         fingerprint=capture.fingerprint,
         max_cache_bytes=0,  # the underlying capture has a cache
         full_capture=capture.full_capture,
         start=capture.start + first,
         notes=capture.notes,
-        masks=_OffsetMasks(capture, first) if capture.masks else None,
+        masks=_LaterFrames(capture.masks.read, first) if capture.masks else None,
+        alphas=_LaterFrames(capture.alphas.read, first) if capture.alphas else None,
     )
 
 
-class _OffsetPictures:
-    """Picture source whose frame 0 is frame `first` of a capture."""
+class _LaterFrames(Generic[T]):
+    """Source of pictures, masks or alpha whose frame 0 is frame `first` of a capture."""
 
-    def __init__(self, capture: Capture, first: int) -> None:
-        self._capture = capture
+    def __init__(self, read: Callable[[int, int], T], first: int) -> None:
+        self._read = read
         self._first = first
 
-    def read(self, camera: int, frame: int) -> Image:
-        """See `PictureSource.read`."""
-        return self._capture.image(camera, self._first + frame)
-
-
-class _OffsetMasks:
-    """Mask source whose frame 0 is frame `first` of a capture."""
-
-    def __init__(self, capture: Capture, first: int) -> None:
-        self._capture = capture
-        self._first = first
-
-    def read(self, camera: int, frame: int) -> Mask | None:
-        """See `MaskSource.read`."""
-        return self._capture.mask(camera, self._first + frame)
+    def read(self, camera: int, frame: int) -> T:
+        """See `PictureSource.read`, `MaskSource.read` and `AlphaSource.read`."""
+        return self._read(camera, self._first + frame)

@@ -5,7 +5,7 @@ import logging
 import numpy as np
 import pytest
 
-from quarc_ref.datasets import open_capture as open_capture_module
+from quarc_ref.datasets import choose_points as choose_points_module
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.point_cache import load_or_compute_points, make_cache_key
@@ -28,7 +28,7 @@ def triangulations(monkeypatch):
         positions = rng.uniform(-0.5, 0.5, (50, 3)).astype(np.float32)
         return Points(positions, rng.integers(0, 255, (50, 3)).astype(np.uint8))
 
-    monkeypatch.setattr(open_capture_module, "_triangulate_points", triangulate)
+    monkeypatch.setattr(choose_points_module, "triangulate", triangulate)
     return calls
 
 

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from quarc_ref.datasets import open_capture as opening
+from quarc_ref.datasets import capture_media as opening
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from tests.datasets import scenes
@@ -51,6 +52,26 @@ def guarded_capture(tmp_path, monkeypatch) -> tuple[Path, list[_GuardedSource]]:
 
     monkeypatch.setattr(opening, "RectifiedPictures", guard)
     return tmp_path, guards
+
+
+def test_held_out_alpha_is_never_read_during_an_encode(guarded_capture, monkeypatch):
+    folder, guards = guarded_capture
+    for camera in range(6):
+        path = folder / "masks" / f"cam{camera + (camera > 1):02d}.png"
+        scenes.write_picture(path, np.full((120, 160, 3), 255, np.uint8))
+    write_capture_notes(folder / NOTES_NAME, CaptureNotes(has_transparent_background=True))
+    original_class, alpha_guards = opening.RectifiedAlphas, []
+
+    def guard(source, rectifiers):
+        alpha_guards.append(_GuardedSource(source, 1))
+        return original_class(alpha_guards[-1], rectifiers)
+
+    monkeypatch.setattr(opening, "RectifiedAlphas", guard)
+    capture = open_capture(folder, CaptureOptions(held_out=(_HELD_OUT,)))
+    encode(capture, io.BytesIO(), EncodeOptions(SMALL, device="cpu", checks=False))
+
+    for sources in (guards, alpha_guards):
+        assert {camera for camera, _ in sources[0].requests} == {0, 2, 3, 4, 5}
 
 
 def test_held_out_pictures_are_never_read_during_an_encode(guarded_capture):

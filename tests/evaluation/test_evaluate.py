@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from skimage.metrics import peak_signal_noise_ratio
 
-from quarc_ref.datasets import open_capture as open_capture_module
+from quarc_ref.datasets import choose_points as choose_points_module
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import dequantize
@@ -81,16 +81,16 @@ def test_initial_points_are_computed_only_as_they_were_for_encoding(folder, tmp_
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     triangulations = []
 
-    def triangulate(cameras, _source, held_out):
-        triangulations.append((cameras[0].lens.width, held_out))
+    def triangulate(cameras, _pictures):
+        triangulations.append((cameras[0].lens.width, [camera.name for camera in cameras]))
         return scenes.make_plane_points()
 
-    monkeypatch.setattr(open_capture_module, "_triangulate_points", triangulate)
+    monkeypatch.setattr(choose_points_module, "triangulate", triangulate)
     bare = shutil.copytree(folder, tmp_path / "bare", ignore=shutil.ignore_patterns("*.ply"))
     encoded = open_capture(bare, CaptureOptions(downscale=2, held_out=("cam04",)))
     evaluate_stream(write_stream(encoded.cameras, 1), bare, ignore_progress)
 
-    assert triangulations == [(24, {"cam04"})]
+    assert triangulations == [(24, ["cam00", "cam01", "cam03"])]
 
 
 def test_the_cameras_of_the_stream_are_used(capture, folder):

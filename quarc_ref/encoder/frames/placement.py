@@ -167,8 +167,11 @@ def _place_in_view(
 
 def _measure_depths(context: TrainingContext, scene: FixedScene, view: int) -> Tensor:
     """Return the `[H, W]` alpha-weighted mean depth of each pixel of a view, in world units."""
+    camera, black = context.camera(view), scene.attributes.means.new_zeros(3)
     with torch.no_grad():
-        rendering = context.render(_color_by_depth(scene.attributes, context.camera(view)), view)
+        rendering = context.rasterizer.render(
+            _color_by_depth(scene.attributes, camera), camera, black
+        )
     return rendering.image[..., 0] / rendering.alpha
 
 

@@ -69,14 +69,16 @@ class TrainingContext:
         return self.views.cameras[view]
 
     def render(self, gaussians: Gaussians, view: int) -> Rendering:
-        """Render a view with a black background."""
-        background = torch.zeros(3, device=self.device)
-        return self.rasterizer.render(gaussians, self.camera(view), background)
+        """Render a view with the background of its pictures, which is black if they are opaque."""
+        return self.rasterizer.render(gaussians, self.camera(view), self.background(view))
 
     def render_backdrop(self, gaussians: Gaussians, view: int) -> Backdrop:
         """Render a view as a backdrop, to which new Gaussians can be added later."""
-        background = torch.zeros(3, device=self.device)
-        return self.rasterizer.render_backdrop(gaussians, self.camera(view), background)
+        return self.rasterizer.render_backdrop(gaussians, self.camera(view), self.background(view))
+
+    def background(self, view: int) -> Tensor:
+        """Return the `[3]` exposure-corrected background color of a view."""
+        return self.views.background(view) * self.exposures.white(view)
 
     def report_step(  # noqa: PLR0913, a training step has six properties
         self,
@@ -111,7 +113,7 @@ class TrainingContext:
         )
 
     def truth(self, view: int, frame: int) -> Tensor:
-        """Return the exposure-corrected picture `[H, W, 3]` of a view; masked pixels are black."""
+        """Return the exposure-corrected `TrainingViews.picture` `[H, W, 3]` of a view."""
         return self.exposures.correct(self.views.picture(view, frame), view)
 
     def apply_mask(self, image: Tensor, view: int, frame: int) -> Tensor:
@@ -122,6 +124,23 @@ class TrainingContext:
         """
         mask = self.views.mask(view, frame)
         return image if mask is None else image * mask
+
+    def exposure_pair(self, rendering: Rendering, view: int, frame: int) -> tuple[Tensor, Tensor]:
+        """Return the `[H, W, 3]` rendering and picture from which exposures are estimated.
+
+        Masked and transparent pixels are black in both.
+
+        Args:
+            rendering: Rendering of the view.
+            view: Index of the view.
+            frame: Ordinal of the frame.
+        """
+        image, picture = rendering.image, self.views.picture(view, frame)
+        alpha = self.views.alpha(view, frame)
+        if alpha is not None:
+            image = image - (1 - rendering.alpha[..., None]) * self.background(view)
+            picture = picture - (1 - alpha) * self.views.background(view)
+        return self.apply_mask(image, view, frame), picture
 
     def photometric_loss(self, image: Tensor, view: int, frame: int, lambda_dssim: float) -> Tensor:
         """Return the loss of a rendering compared with the picture of its view.

@@ -15,6 +15,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
+from quarc_ref.rendering.rasterizer import Rendering
 
 
 def measure_error(
@@ -30,7 +31,7 @@ def measure_error(
         fits_exposures: Whether the exposures of the views are estimated from these Gaussians first.
     """
     if fits_exposures:
-        context.exposures.estimate_all(_render_attributes(context, attributes, 0))
+        context.exposures.estimate_all(_make_exposure_pairs(context, attributes, 0))
     squared_error = used_share = 0.0
     for view, (image, _) in enumerate(_render_attributes(context, attributes, 0)):
         mask = context.views.mask(view, 0)
@@ -50,7 +51,8 @@ def render_views(context: TrainingContext, state: FrameState) -> Iterator[tuple[
 
 def refit_exposures(context: TrainingContext, state: FrameState) -> None:
     """Estimate the exposures of the training views from the decoded scene of frame 0."""
-    context.exposures.estimate_all(render_views(context, state))
+    attributes = from_splats(dequantize(state.scene), context.device)
+    context.exposures.estimate_all(_make_exposure_pairs(context, attributes, state.scene.frame))
 
 
 def follow_exposures(context: TrainingContext, state: FrameState, frame: int) -> None:
@@ -62,7 +64,7 @@ def follow_exposures(context: TrainingContext, state: FrameState, frame: int) ->
         frame: Ordinal of the frame.
     """
     attributes = from_splats(dequantize(state.scene), context.device)
-    context.exposures.follow(_render_attributes(context, attributes, frame))
+    context.exposures.follow(_make_exposure_pairs(context, attributes, frame))
 
 
 def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: float) -> float:
@@ -83,8 +85,22 @@ def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: floa
 def _render_attributes(
     context: TrainingContext, attributes: Attributes, frame: int
 ) -> Iterator[tuple[Tensor, Tensor]]:
+    for view, rendering in enumerate(_render(context, attributes)):
+        image = context.apply_mask(rendering.image, view, frame)
+        yield image, context.views.picture(view, frame)
+
+
+def _make_exposure_pairs(
+    context: TrainingContext, attributes: Attributes, frame: int
+) -> Iterator[tuple[Tensor, Tensor]]:
+    for view, rendering in enumerate(_render(context, attributes)):
+        yield context.exposure_pair(rendering, view, frame)
+
+
+def _render(context: TrainingContext, attributes: Attributes) -> Iterator[Rendering]:
+    """Yield the rendering of each view."""
     gaussians = attributes.activated()
     for view in range(context.view_count):
         with torch.no_grad():
-            image = context.render(gaussians, view).image
-        yield context.apply_mask(image, view, frame), context.views.picture(view, frame)
+            rendering = context.render(gaussians, view)
+        yield rendering

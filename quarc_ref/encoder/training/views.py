@@ -9,9 +9,12 @@ import torch
 from torch import Tensor
 
 from quarc_ref.datasets.calibration import DownscaleError, downscale_camera
-from quarc_ref.datasets.capture import Capture, Mask
+from quarc_ref.datasets.capture import Alpha, Capture, Mask
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import EncodeError
+
+# Powers of 1/x, where x^4 = x + 1: the fractions of their multiples fill the color cube evenly.
+_COLOR_STEPS = (0.8191725134, 0.6710436067, 0.5497004779)
 
 
 class TrainingViews:
@@ -39,6 +42,7 @@ class TrainingViews:
         self._extent = measure_extent(self._cameras)
         self._pictures: dict[tuple[int, int], Tensor] = {}
         self._masks: dict[tuple[int, int], Tensor | None] = {}
+        self._alphas: dict[tuple[int, int], Tensor | None] = {}
         self._halved: TrainingViews | None = None
 
     @property
@@ -57,7 +61,9 @@ class TrainingViews:
         return self._extent
 
     def picture(self, view: int, frame: int) -> Tensor:
-        """Return the `[H, W, 3]` float32 picture of a view, 0 to 1; masked pixels are black.
+        """Return the `[H, W, 3]` float32 picture of a view, 0 to 1.
+
+        Masked pixels are black; transparent pixels have the view's background color.
 
         Args:
             view: Index in `cameras`.
@@ -68,6 +74,9 @@ class TrainingViews:
             image = torch.from_numpy(self._capture.image(self._indices[view], frame).copy())
             picture = image.to(self._device).to(torch.float32) / 255
             picture, mask = average_squares(picture, self._downscale), self.mask(view, frame)
+            alpha = self.alpha(view, frame)
+            if alpha is not None:
+                picture = picture + (1 - alpha) * self.background(view)
             self._pictures[key] = picture if mask is None else picture * mask
         return self._pictures[key]
 
@@ -92,6 +101,33 @@ class TrainingViews:
         mask = torch.from_numpy(source_mask[..., None]).to(self._device, torch.float32)
         return average_squares(mask, self._downscale).floor()
 
+    def alpha(self, view: int, frame: int) -> Tensor | None:
+        """Return the `[H, W, 1]` alpha of a view, 0 to 1; None if the capture is opaque.
+
+        Args:
+            view: Index in `cameras`.
+            frame: Ordinal of the frame in the capture.
+        """
+        key = (view, frame)
+        if key not in self._alphas:
+            source = self._capture.alpha(self._indices[view], frame)
+            self._alphas[key] = None if source is None else self._downscale_alpha(source)
+        return self._alphas[key]
+
+    def _downscale_alpha(self, source_alpha: Alpha) -> Tensor:
+        alpha = torch.from_numpy(source_alpha[..., None]).to(self._device, torch.float32) / 255
+        return average_squares(alpha, self._downscale)
+
+    def background(self, view: int) -> Tensor:
+        """Return the `[3]` background color of a view's pictures; black if the capture is opaque.
+
+        Each view has a different color. With the same color in all views, Gaussians of that color
+        could cover the background.
+        """
+        if self._capture.alphas is None:
+            return torch.zeros(3, device=self._device)
+        return ((view + 1) * torch.tensor(_COLOR_STEPS, device=self._device)).frac()
+
     def halved(self) -> "TrainingViews":
         """Return the same views with half the width and height.
 
@@ -109,10 +145,11 @@ class TrainingViews:
         return self._halved
 
     def drop_frames_before(self, frame: int) -> None:
-        """Remove the pictures and masks of frames before `frame` from the cache."""
+        """Remove the pictures, masks and alpha of frames before `frame` from the cache."""
         self._halved = None
         self._pictures = {key: value for key, value in self._pictures.items() if key[1] >= frame}
         self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
+        self._alphas = {key: value for key, value in self._alphas.items() if key[1] >= frame}
 
     def shuffled_indices(self, generator: torch.Generator) -> "ShuffledIndices":
         """Return an endless iterator over view indices in random order."""

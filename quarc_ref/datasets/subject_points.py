@@ -1,0 +1,138 @@
+"""Chooses the initial points of a subject in front of a transparent background.
+
+Of the given points, those are kept that no training camera sees as transparent. If they are too
+few, points are drawn from the visual hull instead: the space that every camera sees as the subject.
+"""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import binary_dilation
+
+from quarc_ref.datasets.camera_geometry import camera_center, project_points, rotation_matrix
+from quarc_ref.datasets.capture import Alpha, Image, Points
+from quarc_ref.datasets.errors import UnreadablePointsError
+from quarc_ref.format.cameras import Camera
+
+_MIN_POINTS = 100
+_MARGIN_PIXELS = 2  # errors of points and alpha
+_HULL_POINT_COUNT = 10_000
+_DRAWN_PER_ROUND = 200_000
+_MAX_ROUNDS = 50
+_SEED = 0
+
+Float64Array = NDArray[np.float64]
+
+
+def choose_subject_points(
+    points: Points | None,
+    cameras: Sequence[Camera],
+    alphas: Sequence[Alpha],
+    read_picture: Callable[[int], Image],
+) -> Points:
+    """Return the initial points of a subject.
+
+    Args:
+        points: Given points of the whole scene; None if there are none.
+        cameras: The training cameras.
+        alphas: `[camera]` alpha of their pictures in frame 0.
+        read_picture: Returns the picture of a camera in frame 0, by its index in `cameras`.
+
+    Raises:
+        UnreadablePointsError: The alpha is 0 in all pictures of all cameras but one, or the
+            cameras have no visual hull.
+    """
+    if points is not None:
+        is_subject = _find_hull_points(points.positions, cameras, alphas)
+        if np.count_nonzero(is_subject) >= _MIN_POINTS:
+            return Points(points.positions[is_subject], points.colors[is_subject])
+    positions = _draw_hull_points(cameras, alphas)
+    return Points(positions, _pick_colors(positions, cameras, read_picture))
+
+
+def _find_hull_points(
+    positions: NDArray[np.float32], cameras: Sequence[Camera], alphas: Sequence[Alpha]
+) -> NDArray[np.bool_]:
+    """Return which points `[P, 3]` are transparent in no picture that shows them, `[P]`."""
+    is_inside = np.ones(len(positions), dtype=bool)
+    for camera, alpha in zip(cameras, alphas, strict=True):
+        candidates = np.flatnonzero(is_inside)
+        is_covered = binary_dilation(alpha > 0, iterations=_MARGIN_PIXELS)
+        projection = project_points(camera, positions[candidates])
+        is_visible = projection.is_visible
+        rows = projection.rows[is_visible].astype(np.int64)
+        columns = projection.columns[is_visible].astype(np.int64)
+        is_inside[candidates[is_visible]] = is_covered[rows, columns]
+    return is_inside
+
+
+def _draw_hull_points(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> NDArray[np.float32]:
+    """Draw random points `[P, 3]` from the visual hull, at least `_MIN_POINTS`."""
+    center, radius = _find_ball(cameras, alphas)
+    generator = np.random.default_rng(_SEED)
+    parts: list[NDArray[np.float32]] = []
+    for _ in range(_MAX_ROUNDS):
+        drawn = center + generator.uniform(-radius, radius, (_DRAWN_PER_ROUND, 3))
+        positions = drawn.astype(np.float32)
+        parts.append(positions[_find_hull_points(positions, cameras, alphas)])
+        if sum(map(len, parts)) >= _HULL_POINT_COUNT:
+            break
+    hull_points: NDArray[np.float32] = np.concatenate(parts)[:_HULL_POINT_COUNT]
+    if len(hull_points) < _MIN_POINTS:
+        message = (
+            "no place is covered by the subject in all training views of frame 0: check that masks "
+            "or alpha channels belong to their cameras, and that the poses are right"
+        )
+        raise UnreadablePointsError(message)
+    return hull_points
+
+
+def _find_ball(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> tuple[Float64Array, float]:
+    """Return the center `[3]` and the radius of a ball that contains the subject.
+
+    The center is the point nearest to the rays through the centroids of the silhouettes.
+    """
+    seen = [(camera, alpha) for camera, alpha in zip(cameras, alphas, strict=True) if alpha.any()]
+    if len(seen) < 2:
+        message = (
+            f"the subject is visible to {len(seen)} of {len(cameras)} training cameras in frame 0: "
+            "check that masks or alpha channels are white or opaque on the subject"
+        )
+        raise UnreadablePointsError(message)
+    projectors, projected_centers, silhouettes = np.zeros((3, 3)), np.zeros(3), []
+    for camera, alpha in seen:
+        rows, columns = np.nonzero(alpha)
+        pixels = np.stack([columns + 0.5, rows + 0.5])
+        centroid = pixels.mean(axis=1)
+        x, y = (centroid - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
+        ray = rotation_matrix(camera).T @ [x, y, 1.0]
+        projector = np.eye(3) - np.outer(ray, ray) / (ray @ ray)
+        projectors += projector
+        projected_centers += projector @ camera_center(camera)
+        reach = np.hypot(*(pixels - centroid[:, None])).max() / min(camera.fx, camera.fy)
+        silhouettes.append((camera, float(reach)))
+    center = np.asarray(np.linalg.lstsq(projectors, projected_centers, rcond=None)[0], np.float64)
+    radius = max(
+        reach * float(np.linalg.norm(camera_center(camera) - center))
+        for camera, reach in silhouettes
+    )
+    return center, radius
+
+
+def _pick_colors(
+    positions: NDArray[np.float32],
+    cameras: Sequence[Camera],
+    read_picture: Callable[[int], Image],
+) -> NDArray[np.uint8]:
+    """Return the `[P, 3]` colors of points in the picture of the nearest camera that sees them."""
+    colors = np.zeros((len(positions), 3), dtype=np.uint8)
+    nearest = np.full(len(positions), np.inf)
+    for index, camera in enumerate(cameras):
+        projection = project_points(camera, positions)
+        is_nearer = projection.is_visible & (projection.depths < nearest)
+        rows = projection.rows[is_nearer].astype(np.int64)
+        columns = projection.columns[is_nearer].astype(np.int64)
+        colors[is_nearer] = read_picture(index)[rows, columns]
+        nearest[is_nearer] = projection.depths[is_nearer]
+    return colors
