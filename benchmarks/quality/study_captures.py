@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.synth.variants import VARIANTS
@@ -74,7 +75,9 @@ def parse_traced_name(name: str) -> SynthOptions:
             f"where VARIANT is one of {', '.join(VARIANTS)}"
         )
         raise ValueError(message)
-    sizes = {key: int(text) for key, text in match.groupdict().items() if text and text.isdigit()}
+    sizes: dict[str, Any] = {
+        key: int(text) for key, text in match.groupdict().items() if text and text.isdigit()
+    }
     if "cameras" in sizes:
         sizes["cameras"] -= 1  # the held-out one
     return SynthOptions(variant=match["variant"], frames=_CAPTURE_FRAMES, **sizes)

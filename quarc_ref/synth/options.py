@@ -24,6 +24,8 @@ class SynthOptions:
         seed: Seed of the random colors, patterns, motions and camera positions.
         cameras: Number of training cameras; the capture also has one held-out camera.
         variant: Name of the variant of the scene, a key of `VARIANTS`.
+        has_masks: Whether the capture has masks of the robot, which are its alpha: the background
+            is transparent. Only the variants that show the robot alone can have them.
     """
 
     width: int = 160
@@ -33,6 +35,7 @@ class SynthOptions:
     seed: int = 0
     cameras: int = 12
     variant: str = "playroom"
+    has_masks: bool = False
 
     def __post_init__(self) -> None:
         for name in ("width", "height"):
@@ -49,6 +52,10 @@ class SynthOptions:
             raise ValueError(message)
         if self.variant not in VARIANTS:
             message = f"variant is {self.variant!r}, not one of {', '.join(VARIANTS)}"
+            raise ValueError(message)
+        if self.has_masks and not self.variant_properties.is_hall:
+            stages = ", ".join(name for name, variant in VARIANTS.items() if variant.is_hall)
+            message = f"variant {self.variant} has no masks; {stages} have them"
             raise ValueError(message)
 
     @property

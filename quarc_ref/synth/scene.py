@@ -57,9 +57,15 @@ class Scene:
         time = _BASE_TEMPO * self.variant.tempo * time
         return self._build_hall(time) if self.variant.is_hall else self._build_playroom(time)
 
+    def background(self) -> SceneArrays:
+        """Return the arrays of a hall without the robot, at any time."""
+        return self._fill_hall([])
+
     def _build_hall(self, time: float) -> SceneArrays:
-        robot_phase, pattern_phase = self.phases[5], self.phases[8]
-        groups = [*make_robot(time, robot_phase, self.palette), make_small_lamps()]
+        return self._fill_hall(make_robot(time, self.phases[5], self.palette))
+
+    def _fill_hall(self, subject: list[list[Solid]]) -> SceneArrays:
+        pattern_phase, groups = self.phases[8], [*subject, make_small_lamps()]
         hall = make_hall(pattern_phase, self.palette, is_dark=self.variant.is_dark)
         return pack_scene_arrays(groups, hall)
 

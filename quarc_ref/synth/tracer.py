@@ -5,12 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.capture import Alpha, Image, Points
 from quarc_ref.synth.render_kernels import measure_depths, render_picture
 from quarc_ref.synth.rig import RigCamera
 from quarc_ref.synth.scene_arrays import SceneArrays
 
 _POINT_NOISE = 0.002  # meters; standard deviation of the error of point positions
+_ALPHA_SAMPLES = 4  # rays across the width and height of a pixel
 _LENS_BLUR = (1 / 6, 4 / 6, 1 / 6)  # standard deviation of 0.58 pixels, similar to a good lens
 
 
@@ -37,6 +38,28 @@ def trace_view(scene_arrays: SceneArrays, camera: RigCamera) -> TracedView:
     recorded_light = _blur(_blur(light, axis=0), axis=1) @ camera.color_matrix.T
     picture = _encode_srgb(np.clip(recorded_light, 0, 1))
     return TracedView(picture, float(depths[..., 0].min()), float(depths[..., 1].max()))
+
+
+def trace_alpha(
+    scene_arrays: SceneArrays, background_arrays: SceneArrays, camera: RigCamera
+) -> Alpha:
+    """Return how much of each pixel `[H, W]` a subject covers, 0 to 255.
+
+    Args:
+        scene_arrays: Arrays of the scene.
+        background_arrays: Arrays of the scene without the subject.
+        camera: The camera.
+    """
+    size = (camera.height * _ALPHA_SAMPLES, camera.width * _ALPHA_SAMPLES)
+    rows, columns = np.indices(size).reshape(2, -1)
+    pixels = (np.stack((columns, rows), axis=1) + 0.5) / _ALPHA_SAMPLES
+    depths, background_depths = np.empty(len(pixels)), np.empty(len(pixels))
+    measure_depths(scene_arrays, camera.as_row(), pixels, depths)
+    measure_depths(background_arrays, camera.as_row(), pixels, background_depths)
+    is_covered = (depths < background_depths).reshape(
+        camera.height, _ALPHA_SAMPLES, camera.width, _ALPHA_SAMPLES
+    )
+    return np.asarray(np.rint(255 * is_covered.mean(axis=(1, 3))), dtype=np.uint8)
 
 
 def trace_points(

@@ -1,4 +1,4 @@
-"""Writes a synthetic capture: videos, `poses_bounds.npy` and `points3D_init.ply`.
+"""Writes a synthetic capture: videos, `poses_bounds.npy`, `points3D_init.ply`, and masks if wanted.
 
 A capture is written completely or not at all. The same options produce the same bytes on
 the same machine.
@@ -12,13 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.capture import Image, Points, join_points
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
 from quarc_ref.datasets.points_ply import write_points_ply
+from quarc_ref.datasets.video_writer import build_png
 from quarc_ref.files import OutputFolder, written_folder
 from quarc_ref.synth.options import SynthOptions, make_generator
 from quarc_ref.synth.rig import RigCamera, place_cameras
-from quarc_ref.synth.scene import make_scene
+from quarc_ref.synth.scene import Scene, make_scene
 from quarc_ref.synth.scene_arrays import SceneArrays
-from quarc_ref.synth.tracer import trace_points, trace_view
+from quarc_ref.synth.tracer import trace_alpha, trace_points, trace_view
 from quarc_ref.synth.write_video import write_video
 
 _POINT_COUNT = 8000
@@ -73,8 +75,27 @@ def fill_synthetic_capture(
             first_pictures.append(pictures[0])
     with folder.open("poses_bounds.npy") as file:
         np.save(file, np.stack(poses_bounds_rows))
+    if options.has_masks:
+        with folder.create_subfolder("masks") as mask_folder:
+            _write_masks(mask_folder, scene, cameras, times)
+        write_capture_notes(
+            folder.register(NOTES_NAME), CaptureNotes(has_transparent_background=True)
+        )
     points = _sample_points(arrays_per_frame[0], cameras[1:], first_pictures[1:], options.seed)
     write_points_ply(folder.register("points3D_init.ply"), points)
+
+
+def _write_masks(
+    folder: OutputFolder, scene: Scene, cameras: Sequence[RigCamera], times: Sequence[float]
+) -> None:
+    """Write masks of the robot, such as `cam00/0000.png`."""
+    background_arrays = scene.background()
+    for index, camera in enumerate(cameras):
+        with folder.create_subfolder(f"cam{index:02}") as camera_folder:
+            for frame, time in enumerate(times):
+                alpha = trace_alpha(scene.at_time(time), background_arrays, camera)
+                png = build_png(alpha[..., None].repeat(3, axis=2))
+                camera_folder.write(f"{frame:04}.png", png)
 
 
 def _sample_points(

@@ -69,6 +69,7 @@ def test_synth_traces_the_requested_variant_and_cameras(tmp_path):
         (["--cameras", 101], "--cameras"),
         (["--variant", "night"], "'dark-stage'"),
         (["--seed", -1], "--seed"),
+        (["--masks"], "bright-stage, dark-stage have them"),
     ],
 )
 def test_impossible_sizes_are_a_usage_error(options, message, tmp_path):

@@ -10,7 +10,7 @@ from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.scene import make_scene
 from quarc_ref.synth.scene_arrays import pack_scene_arrays
 from quarc_ref.synth.solids import ball, box, translate
-from quarc_ref.synth.tracer import trace_points, trace_view
+from quarc_ref.synth.tracer import trace_alpha, trace_points, trace_view
 
 _OPTIONS = SynthOptions(width=64, height=48)
 _CENTER = np.array([0.3, 0.9, 0.2])
@@ -118,3 +118,18 @@ def test_parts_are_joined_in_order(scene_arrays, cameras):
 
     np.testing.assert_array_equal(joined_points.positions[2:], parts[1].positions)
     assert joined_points.colors.shape == (5, 3)
+
+
+def test_alpha_is_the_share_of_a_pixel_that_the_subject_covers(scene_arrays, cameras):
+    camera = cameras[2]
+    below_the_floor = _pack_with_room([ball(translate(0.0, -2.0, 0.0), 0.1, _RED)])
+    alpha = trace_alpha(scene_arrays, below_the_floor, camera)
+
+    row, column, depth = _project(camera, _CENTER)
+    radius = 0.3 * camera.focal_length / depth
+    rows, columns = np.indices(alpha.shape)
+    distances = np.hypot(rows - row, columns - column)
+    assert (alpha[distances < radius - 2] == 255).all()
+    assert (alpha[distances > radius + 2] == 0).all()
+    assert alpha.sum() / 255 == pytest.approx(np.pi * radius**2, rel=0.1)
+    assert len(np.unique(alpha)) > 5

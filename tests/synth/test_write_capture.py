@@ -8,6 +8,7 @@ from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.files import MARKER_NAME
 from quarc_ref.synth import write_capture
+from quarc_ref.synth.options import SynthOptions
 from quarc_ref.synth.rig import place_cameras
 from quarc_ref.synth.write_capture import write_synthetic_capture
 
@@ -133,3 +134,17 @@ def test_an_unfinished_capture_leaves_nothing(options, tmp_path, monkeypatch):
         write_synthetic_capture(tmp_path / "half", replace(options, frames=1))
 
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_stage_with_masks_shows_only_the_robot(tmp_path):
+    options = SynthOptions(64, 48, frames=2, cameras=3, variant="dark-stage", has_masks=True)
+    write_synthetic_capture(tmp_path / "stage", options)
+
+    capture = open_capture(tmp_path / "stage")
+
+    for camera, frame in ((0, 0), (3, 1)):
+        alpha = capture.alpha(camera, frame)
+        assert 0.01 < (alpha > 0).mean() < 0.2
+        assert (capture.image(camera, frame)[alpha == 0] == 0).all()
+        assert capture.image(camera, frame)[alpha == 255].mean() > 60
+    assert not np.array_equal(capture.alpha(1, 0), capture.alpha(1, 1))

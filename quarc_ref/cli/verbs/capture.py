@@ -44,6 +44,14 @@ def synth(
     variant: Annotated[
         VariantName, typer.Option("--variant", metavar="NAME", help=_VARIANT_HELP)
     ] = "playroom",
+    masks: Annotated[
+        bool,
+        typer.Option(
+            "--masks",
+            help="Also write masks of the subject of a stage, and note that the background is "
+            "transparent, so that only the subject is encoded.",
+        ),
+    ] = False,
     seed: Seed = 0,
     as_json: AsJson = False,
     force: Force = False,
@@ -57,7 +65,13 @@ def synth(
         try:
             require_video_size(width, height)
             options = SynthOptions(
-                width, height, frames, seed=seed, cameras=cameras - 1, variant=variant
+                width,
+                height,
+                frames,
+                seed=seed,
+                cameras=cameras - 1,
+                variant=variant,
+                has_masks=masks,
             )
         except ValueError as error:
             raise UsageError(str(error)) from error
