@@ -1,15 +1,20 @@
-"""Chooses the camera, picture size and video format of `render`."""
+"""Chooses the camera, picture size, background and video format of `render`."""
 
+import re
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
 from quarc_ref.cli.errors import UsageError
 
 if TYPE_CHECKING:
+    from quarc_ref.cli.render_output import OutputKind
     from quarc_ref.datasets.video_writer import VideoFormat
     from quarc_ref.format.cameras import Camera
+    from quarc_ref.viewing.draw_frames import Color
     from quarc_ref.viewing.outline import Outline
 
+_NAMED_COLORS = {"black": "#000000", "white": "#ffffff"}
+_COLOR_CODE = re.compile(r"#[0-9a-fA-F]{6}")
 _MAX_RATIONAL_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
 # The quality is nearly lossless, so that smaller files can be encoded from the video.
 _X264_OPTIONS = {"crf": "6", "preset": "medium"}
@@ -28,6 +33,41 @@ _ENCODER_OPTIONS = {
     ("webm", False): _VP9_OPTIONS,
     ("webm", True): _VP9_OPTIONS | {"lag-in-frames": "0"},
 }
+
+
+def parse_background(text: str | None) -> "Color | None":
+    """Return the color of a background, 0 to 1; None if it is transparent.
+
+    Raises:
+        UsageError: The text is no color.
+    """
+    if text == "transparent":
+        return None
+    code = _NAMED_COLORS.get(text or "black", text or "")
+    if not _COLOR_CODE.fullmatch(code):
+        message = f"--background is {text!r}, not black, white, transparent or a color like #ff8000"
+        raise UsageError(message)
+    red, green, blue = (byte / 255 for byte in bytes.fromhex(code[1:]))
+    return red, green, blue
+
+
+def reject_conflicts(
+    kind: "OutputKind", depth: bool, pixel_format: str | None, background: str | None
+) -> None:
+    """Raise UsageError if options cannot be combined."""
+    is_video = kind in ("mp4", "webm")
+    conflicts = {
+        "--pixels is for videos, not for PNG files": not is_video and pixel_format,
+        "--to npz needs --depth": kind == "npz" and not depth,
+        f"--depth cannot be combined with --to {kind}": depth and is_video,
+        "--depth has no --background": depth and background,
+        "videos cannot be transparent: choose another --background, or --to png": (
+            is_video and background == "transparent"
+        ),
+    }
+    for message, is_conflict in conflicts.items():
+        if is_conflict:
+            raise UsageError(message)
 
 
 def choose_camera(

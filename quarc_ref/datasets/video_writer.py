@@ -86,8 +86,8 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], video_format: Vi
 
 
 def build_png(picture: Image) -> bytes:
-    """Encode an `[H, W, 3]` sRGB picture as PNG."""
-    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+    """Encode an sRGB picture `[H, W, 3]`, or `[H, W, 4]` with alpha, as PNG."""
+    frame = av.VideoFrame.from_ndarray(picture, format="rgb24" if picture.shape[2] == 3 else "rgba")
     return _encode_still(av.CodecContext.create("png", "w"), frame)
 
 

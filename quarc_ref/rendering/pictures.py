@@ -12,7 +12,7 @@ from quarc_ref.rendering.bands import render_band_pictures
 from quarc_ref.rendering.harmonics import fold_harmonics
 from quarc_ref.rendering.magnification import UNMAGNIFIED, Magnification
 from quarc_ref.rendering.pipeline import project, sort_by_depth
-from quarc_ref.rendering.pipeline_data import Float32, Projection, SplatRows
+from quarc_ref.rendering.pipeline_data import Float32, Picture, Projection, SplatRows
 
 MAX_OPACITY = 0.99
 SH_COEFFICIENT_COUNT = 4
@@ -30,14 +30,14 @@ def render_picture(
         magnification: Size of the picture relative to the capture.
     """
     picture = np.empty((camera.height, camera.width, 3), dtype=np.float32)
-    for top, rows in render_bands(splats, camera, magnification):
-        picture[top : top + rows.shape[0]] = rows
+    for band in render_bands(splats, camera, magnification):
+        picture[band.top : band.top + band.image.shape[0]] = band.image
     return picture
 
 
 def render_bands(
     splats: Splats, camera: Camera, magnification: Magnification = UNMAGNIFIED
-) -> Iterator[tuple[int, Float32]]:
+) -> Iterator[Picture]:
     """Render a picture like `render_picture`, but in bands from top to bottom.
 
     Args:
@@ -46,12 +46,11 @@ def render_bands(
         magnification: See `render_picture`.
 
     Yields:
-        The index of the first row of a band, and the rows `[h, W, 3]` of the band.
+        The rows of each band.
     """
     sorted_projection = _project(splats, camera, magnification)
     del splats  # releases memory; splats may use most of the memory
-    for picture in render_band_pictures(sorted_projection, camera):
-        yield picture.top, picture.image
+    yield from render_band_pictures(sorted_projection, camera)
 
 
 def render_depth(

@@ -2,7 +2,7 @@ import av
 import numpy as np
 import pytest
 
-from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.stills import read_still, read_still_alpha
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.evaluation.metrics import measure_psnr
 from tests.cli.commands import list_names, read_json, run, run_json
@@ -85,6 +85,20 @@ def test_colors_are_at_half_resolution_if_options_and_size_allow_it(
         assert container.streams.video[0].pix_fmt == pixel_format
 
 
+def test_a_transparent_picture_has_alpha(stream_file, tmp_path):
+    for color in ("transparent", "#0080FF", "white"):
+        result = run("render", stream_file, "-o", tmp_path / f"{color}.png", "--frames", "1",
+                     "--background", color)  # fmt: skip
+        assert result.exit_code == 0
+    alpha = read_still_alpha(tmp_path / "transparent.png")
+    assert alpha.min() < alpha.max()
+    assert read_still_alpha(tmp_path / "white.png") is None
+    blue, white = (read_still(tmp_path / f"{name}.png") for name in ("#0080FF", "white"))
+    is_empty = alpha == 0
+    assert (white[is_empty] == 255).all()
+    assert (blue[is_empty] == (0, 128, 255)).all()
+
+
 @pytest.mark.parametrize("name", ["film.avi", "v.mov", "out.v1"])
 def test_a_name_without_a_known_suffix_writes_nothing(name, stream_file, tmp_path):
     result = run("render", stream_file, "-o", tmp_path / name, "--frames", ":1")
@@ -149,6 +163,10 @@ def test_a_stream_of_standard_input_is_rendered_too(small_stream, tmp_path):
         (["--to", "png", "--width", "16384"], "16384 x 12288 are too large"),
         (["--to", "mp4", "--width", "20000"], "too large for H.264: the limits are 16,384 pixels"),
         (["--to", "mp4", "--width", f"1{'0' * 400}"], "too large"),
+        (["--to", "mp4", "--background", "transparent"], "videos cannot be transparent"),
+        (["--depth", "--background", "white"], "--depth has no --background"),
+        (["--background", "mauve"], "not black, white, transparent or a color like #ff8000"),
+        (["--background", "#ff800"], "--background is '#ff800'"),
     ],
 )
 def test_impossible_renders_write_nothing_and_are_explained(

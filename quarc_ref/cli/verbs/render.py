@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -11,7 +12,13 @@ import typer
 from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
-from quarc_ref.cli.render_choices import choose_camera, choose_video_format, require_pixel_limit
+from quarc_ref.cli.render_choices import (
+    choose_camera,
+    choose_video_format,
+    parse_background,
+    reject_conflicts,
+    require_pixel_limit,
+)
 from quarc_ref.cli.render_output import (
     OutputKind,
     choose_output_kind,
@@ -111,6 +118,15 @@ def render(
             show_default="yuv420p; yuv444p if width or height is odd",
         ),
     ] = None,
+    background: Annotated[
+        str | None,
+        typer.Option(
+            "--background",
+            metavar="black|white|#RRGGBB|transparent",
+            help="What is behind the scene; transparent writes PNG files with an alpha channel.",
+            show_default="black",
+        ),
+    ] = None,
     as_json: AsJson = False,
     force: Force = False,
     quiet: Quiet = False,
@@ -129,14 +145,15 @@ def render(
 
         frame_range = parse_frames(frames)
         kind = choose_output_kind(output, to, depth=depth)
-        _reject_conflicts(kind, depth, pixel_format)
+        background_color = parse_background(background)
+        reject_conflicts(kind, depth, pixel_format, background)
         reject_input_stream(output, file)
         with open_source(file) as file_source, open_seekable(file_source) as source:
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
             require_pixel_limit(render_camera, max_pixels)
             plan = _choose_planned_pictures(outline, render_camera, frame_range, path, pictures)
-            draw: Callable[..., Any] = draw_picture
+            draw: Callable[..., Any] = partial(draw_picture, background=background_color)
             if depth:  # only of frames, which depth.json names
                 plan, draw = [replace(planned, share=0.0) for planned in plan], render_depth
             is_planned = path is not None or pictures is not None
@@ -153,18 +170,6 @@ def render(
                 pairs = zip(numbers, rendered, strict=True)
                 result = write_pictures(pairs, output, force=force)
         _print_result(output, plan, path, result, kind, as_json=as_json)
-
-
-def _reject_conflicts(kind: OutputKind, depth: bool, pixel_format: str | None) -> None:
-    """Raise UsageError if options cannot be combined."""
-    conflicts = {
-        "--pixels is for videos, not for PNG files": kind not in ("mp4", "webm") and pixel_format,
-        "--to npz needs --depth": kind == "npz" and not depth,
-        f"--depth cannot be combined with --to {kind}": depth and kind in ("mp4", "webm"),
-    }
-    for message, is_conflict in conflicts.items():
-        if is_conflict:
-            raise UsageError(message)
 
 
 def _choose_planned_pictures(
