@@ -1,6 +1,7 @@
 """Compares the output of a decoder with the expected output."""
 
 from dataclasses import dataclass
+from itertools import zip_longest
 from typing import Any
 
 from runner.cases import Case
@@ -41,7 +42,7 @@ def judge(case: Case, lines: list[Line]) -> Verdict:
         return Verdict(PASS)
     if case.mode == "numbers":
         return _judge_numbers(case, lines)
-    return _judge_frames(case, lines) or _judge_end(case, end_lines) or _judge_gaps(case, lines)
+    return _judge_frames(case, lines) or _judge_end(case, lines) or _judge_gaps(case, lines)
 
 
 def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
@@ -54,48 +55,50 @@ def _judge_frames(case: Case, lines: list[Line]) -> Verdict | None:
     if not lines and (expected or case.expected.get("refused")):
         return Verdict("silent", "the decoder printed nothing")
     for printed, expected_row in zip(printed_rows, expected, strict=False):
-        if printed[0] != expected_row[0]:
-            return Verdict(
-                "wrong", f"frame {printed[0]} was printed instead of frame {expected_row[0]}"
-            )
         if printed != expected_row:
-            return Verdict(
-                "wrong", f"the state of frame {expected_row[0]} differs from the expected state"
-            )
+            return Verdict("wrong", _describe_difference(printed, expected_row))
     if len(printed_rows) > len(expected):
         return Verdict(
             "extra", f"frame {printed_rows[len(expected)][0]} was printed but is not expected"
         )
-    if len(printed_rows) < len(expected) and not case.expected.get("refused"):
-        return _find_rejection(lines) or Verdict(
-            "missing", f"frame {expected[len(printed_rows)][0]} is missing"
-        )
-    if len(printed_rows) < len(expected):
-        return Verdict(
-            "missing",
-            f"frame {expected[len(printed_rows)][0]}, which precedes the fault, is missing",
-        )
-    return None
+    if len(printed_rows) == len(expected):
+        return None
+    missing, rejection = f"frame {expected[len(printed_rows)][0]}", _find_rejection(lines)
+    if not case.expected.get("refused"):
+        return rejection or Verdict("missing", f"{missing} is missing")
+    cause = f" ({rejection.message})" if rejection else ""
+    return Verdict("missing", f"{missing}, which precedes the fault, is missing{cause}")
+
+
+def _describe_difference(printed: list[Any], expected: list[Any]) -> str:
+    frame, count = printed[:2]
+    if frame != expected[0]:
+        return f"frame {frame} was printed instead of frame {expected[0]}"
+    if count != expected[1]:
+        return f"frame {frame} has {count} Gaussians instead of {expected[1]}"
+    return f"the digest of frame {frame} is not the expected one"
 
 
 def _find_rejection(lines: list[Line]) -> Verdict | None:
     last_line = lines[-1] if lines else {}
+    frames = [line["frame"] for line in lines if "frame" in line]
+    place = f" after frame {frames[-1]}" if frames else ""
     for key in ("refused", "declined"):
         if key in last_line:
-            return Verdict("refused", f"{key}: {last_line[key]}")
+            return Verdict("refused", f"{key}: {last_line[key]}{place}")
     return None
 
 
-def _judge_end(case: Case, end_lines: list[Line]) -> Verdict | None:
-    allowed = case.expected.get("refused", [])
+def _judge_end(case: Case, lines: list[Line]) -> Verdict | None:
+    allowed, rejection = case.expected.get("refused", []), _find_rejection(lines)
     if not allowed:
-        return _find_rejection(end_lines)
-    if not end_lines:
+        return rejection
+    if rejection is None:
         return Verdict(
             "not-refused", f"the stream was not rejected, expected {' or '.join(allowed)}"
         )
-    if end_lines[0].get("refused") not in allowed:
-        reject_id = end_lines[0].get("refused", "declined")
+    if lines[-1].get("refused") not in allowed:
+        reject_id = lines[-1].get("refused", "declined")
         return Verdict("wrong-id", f"{reject_id}, expected {' or '.join(allowed)}")
     return None
 
@@ -115,14 +118,15 @@ def _judge_gaps(case: Case, lines: list[Line]) -> Verdict:
 
 
 def _judge_numbers(case: Case, lines: list[Line]) -> Verdict:
-    printed_digests = [[line.get("frame"), line.get("numbers_sha256")] for line in lines]
-    if not printed_digests:
+    if not lines:
         return Verdict("silent", "the decoder printed nothing")
-    return (
-        Verdict(PASS)
-        if printed_digests == case.expected["numbers"]
-        else Verdict("wrong", "the dequantized numbers differ")
-    )
+    rows = [[line["frame"], line.get("numbers_sha256")] for line in lines if "frame" in line]
+    for printed, expected_row in zip_longest(rows, case.expected["numbers"]):
+        if printed != expected_row:
+            frame = (expected_row or printed)[0]
+            wrong = Verdict("wrong", f"the dequantized numbers of frame {frame} differ")
+            return wrong if printed else _find_rejection(lines) or wrong
+    return _find_rejection(lines) or _judge_gaps(case, lines)
 
 
 def _judge_unit(case: Case, lines: list[Line]) -> Verdict:

@@ -10,8 +10,6 @@ from xml.etree import ElementTree
 
 import pytest
 
-from runner.cases import Case
-from runner.judge import judge
 from runner.limits import Limits
 from runner.process import CodecProcess
 
@@ -195,12 +193,6 @@ def test_an_answer_to_capabilities_that_is_ignored_is_reported(answer, complaint
     assert complaint in completed.stderr
     assert bool(complaint) == bool(completed.stderr)
     assert "not tested: jobs, seek, recover, grow, " in completed.stdout
-
-
-def test_a_gap_that_is_not_an_object_is_a_wrong_gap():
-    gap = {"offset": 8, "bytes": 4, "frames_lost": 0, "refused": ["sync"]}
-    case = Case("a", "damaged", "recover", (), "a", {"frames": [], "gaps": [gap]}, {})
-    assert judge(case, [{"gap": 5}]).name == "gaps"
 
 
 def test_without_jobs_other_capabilities_are_still_tested(tmp_path):
