@@ -6,6 +6,7 @@
  *     player.play();
  */
 
+import { openContext } from "./draw/painter.js";
 import type { PixelFormat } from "./draw/picture.js";
 import { Stage, type FrameCost } from "./draw/stage.js";
 import { PendingPromises } from "./pending.js";
@@ -39,9 +40,9 @@ export class Player extends PlayerState {
   #decodedListener: ((packet: FramePacket) => void) | null = null;
 
   /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2, or `dispose` has released the canvas. */
-  constructor(canvas: HTMLCanvasElement, { controls = true }: PlayerOptions = {}) {
+  constructor(canvas: HTMLCanvasElement, { controls = true, transparent = false }: PlayerOptions = {}) {
     super();
-    this.#stage = new Stage(canvas, makeSorter, {
+    this.#stage = new Stage(canvas, openContext(canvas, transparent), makeSorter, {
       onShown: (packet, cost) => this.#handleShown(packet, cost),
       onLost: () => this.#headset.handleContextLost(),
       onRestored: () => void this.setFrame(this.#playback.target ?? 0),
@@ -66,7 +67,7 @@ export class Player extends PlayerState {
       onError: (fault) => this.#handleFault(fault),
     });
     this.#controls = controls ? new Controls(canvas, this.#viewer) : null;
-    this.#headset = new Headset(this.#stage, this.#viewer, {
+    this.#headset = new Headset(this.#stage, this.#viewer, transparent, {
       onChange: () => this.dispatch("headset", { isInHeadset: this.isInHeadset }),
       onSelect: () => (this.isPlaying ? this.pause() : this.play()),
     });

@@ -34,10 +34,12 @@ export class Session {
     this.#host = host;
     this.layout = createLayout(root);
     this.#timeline = new Timeline(this.layout.chart);
-    this.player = new Player(this.layout.canvas);
+    const transparent = host.hasAttribute("transparent");
+    this.player = new Player(this.layout.canvas, { transparent });
     this.#addListeners();
     const { layout, signal } = this;
-    const showHeadsetButton = async (): Promise<void> => void (layout.buttons.headset.hidden = !(await hasHeadset()));
+    const showHeadsetButton = async (): Promise<void> =>
+      void (layout.buttons.headset.hidden = !(await hasHeadset({ transparent })));
     navigator.xr?.addEventListener("devicechange", () => void showHeadsetButton(), { signal });
     void showHeadsetButton();
     layout.buttons.fullscreen.hidden = !document.fullscreenEnabled; // in an iframe without permission, and on phones

@@ -6,6 +6,7 @@ export const STYLE = `
   font: 13px/1.4 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; border-radius: 8px; }
 :host(:fullscreen) { border-radius: 0; }
 :host([hidden]) { display: none; }
+:host([transparent]), :host([transparent]) :is(canvas.view, .poster) { background: none; }
 :host([controls="none"]) .bar { display: none; }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }

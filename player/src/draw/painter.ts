@@ -35,7 +35,6 @@ export interface PlacedPicture {
 }
 
 const CONTEXT_ATTRIBUTES: WebGLContextAttributes = {
-  alpha: false,
   antialias: false,
   depth: false,
   stencil: false,
@@ -49,6 +48,7 @@ export class Painter {
   readonly #orderBuffer: WebGLBuffer;
   readonly #cornerBuffer: WebGLBuffer;
   readonly #vertexArray: WebGLVertexArrayObject;
+  readonly #backgroundAlpha: number;
   readonly #uniforms = new Map<string, WebGLUniformLocation | null>();
   #splatCount = 0;
   /** How far Gaussians have moved to the current frame: 0 is the previous frame, which `apply` must have kept. */
@@ -60,6 +60,7 @@ export class Painter {
   constructor(gl: WebGL2RenderingContext, info: StreamInfo) {
     this.gl = gl;
     this.captureCameras = info.cameras;
+    this.#backgroundAlpha = gl.getContextAttributes()?.alpha ? 0 : 1;
     this.#program = buildProgram(gl, splatVertexShader(info.shDegree), SPLAT_FRAGMENT_SHADER);
     this.#slotTextures = new SlotTextures(gl, info.shDegree);
     this.#orderBuffer = gl.createBuffer();
@@ -84,12 +85,12 @@ export class Painter {
     this.#splatCount = order.length;
   }
 
-  /** Make a framebuffer black, by default that of the canvas, and draw pictures into parts of it. */
+  /** Make a framebuffer black or transparent, by default that of the canvas, and draw pictures into parts of it. */
   paint(pictures: readonly PlacedPicture[], target: WebGLFramebuffer | null = null): void {
     const gl = this.gl;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target);
     gl.disable(gl.SCISSOR_TEST);
-    gl.clearColor(0, 0, 0, 1);
+    gl.clearColor(0, 0, 0, this.#backgroundAlpha);
     gl.clear(gl.COLOR_BUFFER_BIT);
     gl.enable(gl.SCISSOR_TEST);
     for (const { eye, viewport } of pictures) this.#paintEye(eye, viewport);
@@ -172,10 +173,13 @@ const countInstances = (splatCount: number): number => Math.ceil(splatCount / IN
 
 const releasedCanvases = new WeakSet<HTMLCanvasElement>();
 
-/** Return the WebGL2 context of a canvas. Throws DrawingError if the browser has no WebGL2, or the context was released. */
-export function openContext(canvas: HTMLCanvasElement): WebGL2RenderingContext {
+/**
+ * Return the WebGL2 context of a canvas, which can be transparent. Throws DrawingError if the browser has no WebGL2, or the
+ * context was released.
+ */
+export function openContext(canvas: HTMLCanvasElement, transparent: boolean): WebGL2RenderingContext {
   if (releasedCanvases.has(canvas)) throw new DrawingError("the graphics context of this canvas was released by dispose()");
-  const gl = canvas.getContext("webgl2", CONTEXT_ATTRIBUTES);
+  const gl = canvas.getContext("webgl2", { ...CONTEXT_ATTRIBUTES, alpha: transparent });
   if (gl === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
   return gl;
 }

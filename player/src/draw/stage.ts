@@ -7,7 +7,7 @@
 
 import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
 import { eyeAxis, fitArea, resizeEye, widenEye, type Eye } from "./eye.js";
-import { openContext, Painter, releaseContext, type PlacedPicture } from "./painter.js";
+import { Painter, releaseContext, type PlacedPicture } from "./painter.js";
 import { takePicture, type PixelFormat } from "./picture.js";
 import { DrawingError } from "./programs.js";
 import { onScreenResize } from "./screen-size.js";
@@ -55,10 +55,10 @@ export class Stage {
   #motionStart = 0;
   #motionMs = 0; // time in which Gaussians move to the current frame; 0 if they have
 
-  constructor(canvas: HTMLCanvasElement, startSorter: () => Worker, events: StageEvents) {
+  constructor(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext, startSorter: () => Worker, events: StageEvents) {
     this.#canvas = canvas;
-    this.#gl = openContext(canvas);
-    this.#sorter = startSorter(); // after the context, without which the worker would never be terminated
+    this.#gl = gl;
+    this.#sorter = startSorter();
     this.#events = events;
     const { signal } = this.#abortController;
     this.#sorter.addEventListener("message", ({ data }) => this.#handleSortReply(data as SortReply), { signal });

@@ -2,6 +2,7 @@
 
 import { DrawingError } from "../draw/programs.js";
 import type { Stage } from "../draw/stage.js";
+import type { PlayerOptions } from "../player-options.js";
 import type { Viewer } from "../view/viewer.js";
 import { eyeFromView, moveHeadset, turnHeadset, type Placement } from "./placement.js";
 
@@ -10,7 +11,7 @@ const TURN_ANGLE = Math.PI / 6;
 const DEAD_ZONE = 0.15; // deflections of a stick that are ignored
 const TURN_DEFLECTION = 0.7; // at which a stick turns the view, once until it is released
 
-const LAYER_OPTIONS: XRWebGLLayerInit = { alpha: false, antialias: false, depth: false, stencil: false };
+const LAYER_OPTIONS: XRWebGLLayerInit = { antialias: false, depth: false, stencil: false };
 
 export interface HeadsetEvents {
   /** The scene appears in the headset, or no longer. */
@@ -21,6 +22,7 @@ export interface HeadsetEvents {
 export class Headset {
   readonly #stage: Stage;
   readonly #viewer: Viewer;
+  readonly #isTransparent: boolean;
   readonly #events: HeadsetEvents;
   #session: XRSession | null = null;
   #placement: Placement | null = null;
@@ -31,9 +33,10 @@ export class Headset {
   #isTurning = false;
   #frameTime = 0;
 
-  constructor(stage: Stage, viewer: Viewer, events: HeadsetEvents) {
+  constructor(stage: Stage, viewer: Viewer, isTransparent: boolean, events: HeadsetEvents) {
     this.#stage = stage;
     this.#viewer = viewer;
+    this.#isTransparent = isTransparent;
     this.#events = events;
   }
 
@@ -85,7 +88,7 @@ export class Headset {
     const placement = this.#viewer.placeHeadset();
     if (placement === null) throw new DrawingError("no frame is shown");
     try {
-      this.#session = await navigator.xr.requestSession("immersive-vr");
+      this.#session = await navigator.xr.requestSession(await chooseMode(this.#isTransparent));
       await this.#start(this.#session, placement);
     } catch (error) {
       await this.leave();
@@ -96,7 +99,8 @@ export class Headset {
   async #start(session: XRSession, placement: Placement): Promise<void> {
     session.addEventListener("end", () => this.#handleEnd(session));
     session.addEventListener("select", () => this.#events.onSelect());
-    const layer = new XRWebGLLayer(session, await this.#stage.openHeadsetContext(), LAYER_OPTIONS);
+    const layerOptions = { ...LAYER_OPTIONS, alpha: this.#isTransparent };
+    const layer = new XRWebGLLayer(session, await this.#stage.openHeadsetContext(), layerOptions);
     const space = await session.requestReferenceSpace("local");
     if (!this.#isWanted || this.#session !== session) throw new DrawingError("the headset was left");
     await session.updateRenderState({ baseLayer: layer });
@@ -149,8 +153,20 @@ export class Headset {
   }
 }
 
-/** Return whether this browser can show scenes in a headset. */
-export async function hasHeadset(): Promise<boolean> {
+/**
+ * Return whether this browser can show scenes in a headset. A transparent player can also be shown in augmented reality, for
+ * example by a phone.
+ */
+export async function hasHeadset({ transparent = false }: Pick<PlayerOptions, "transparent"> = {}): Promise<boolean> {
+  return supports(await chooseMode(transparent));
+}
+
+/** Return the mode of a session: a transparent scene is shown in the room, if the device can. */
+async function chooseMode(transparent: boolean): Promise<XRSessionMode> {
+  return transparent && (await supports("immersive-ar")) ? "immersive-ar" : "immersive-vr";
+}
+
+async function supports(mode: XRSessionMode): Promise<boolean> {
   // Pages in an iframe need the permission `xr-spatial-tracking`.
-  return (await navigator.xr?.isSessionSupported("immersive-vr").catch(() => false)) ?? false;
+  return (await navigator.xr?.isSessionSupported(mode).catch(() => false)) ?? false;
 }

@@ -1,0 +1,47 @@
+/** A transparent player shows the page behind the scene, and in augmented reality the room. */
+
+import assert from "node:assert/strict";
+import { browserTest, PlayerPage } from "./browser.js";
+import { makeEmulatorScript, SIZE } from "./emulator.js";
+
+const MAGENTA_PAGE = `addEventListener("DOMContentLoaded", () => (document.body.style.background = "#f0f"));`;
+const RECORD_MODES = `
+  window.modes = [];
+  const requestSession = navigator.xr.requestSession.bind(navigator.xr);
+  navigator.xr.requestSession = (mode, ...rest) => (window.modes.push(mode), requestSession(mode, ...rest));`;
+
+/** Return the share of a screenshot that is magenta. */
+async function measureMagenta(page: PlayerPage): Promise<number> {
+  const { width, height, pixelAt } = await page.takeScreenshot();
+  const pixels = Array.from({ length: width * height }, (_, index) => pixelAt(index % width, Math.floor(index / width)));
+  return pixels.filter(([red, green, blue]) => red > 235 && green < 20 && blue > 235).length / pixels.length;
+}
+
+/** Open a player on a magenta page, and fly back, so that the scene does not fill the picture. */
+async function openFarAway(attributes: string): Promise<PlayerPage> {
+  const page = await PlayerPage.open({ attributes: `controls="none" ${attributes}`, ...SIZE, initScript: MAGENTA_PAGE });
+  await page.waitUntil((player) => player.frame === 0);
+  await page.page.locator("quarc-player").focus();
+  await page.run(({ player }) => (player!.camera = "front"));
+  for (let press = 0; press < 12; press++) await page.page.keyboard.press("s");
+  return page;
+}
+
+browserTest("only a transparent player shows the page behind the scene", async () => {
+  await using transparentPage = await openFarAway("transparent");
+  while ((await measureMagenta(transparentPage)) < 0.1);
+  await using blackPage = await openFarAway("");
+  assert.ok((await measureMagenta(blackPage)) < 0.01); // the corners are round
+});
+
+browserTest("a transparent scene is shown in the room, any other scene in front of black", async () => {
+  for (const [attributes, mode] of [["transparent", "immersive-ar"], ["", "immersive-vr"]] as const) {
+    await using page = await PlayerPage.open({ attributes, ...SIZE, initScript: makeEmulatorScript() + RECORD_MODES });
+    await page.waitUntil((player) => player.frame === 0);
+    await page.page.locator("quarc-player #headset").click();
+    await page.waitUntil(({ player }) => player?.isInHeadset === true);
+    assert.deepEqual(await page.page.evaluate("modes"), [mode]);
+    await page.run(({ player }) => player?.leaveHeadset());
+    await page.waitUntil(({ player }) => player?.isInHeadset === false);
+  }
+});
