@@ -1,7 +1,7 @@
 """Chooses the initial points of a subject in front of a transparent background.
 
-Of the given points, those are kept that no training camera sees as transparent. If they are too
-few, points are drawn from the visual hull instead: the space that every camera sees as the subject.
+Of the given points, those in the visual hull are kept: the space that the training cameras see as
+the subject. If they are too few, points are drawn from the hull instead.
 """
 
 from collections.abc import Callable, Sequence
@@ -10,13 +10,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
-from quarc_ref.datasets.camera_geometry import camera_center, project_points, rotation_matrix
+from quarc_ref.datasets.camera_geometry import (
+    PointProjection,
+    camera_center,
+    project_points,
+    rotation_matrix,
+)
 from quarc_ref.datasets.capture import Alpha, Image, Points
 from quarc_ref.datasets.errors import UnreadablePointsError
 from quarc_ref.format.cameras import Camera
 
 _MIN_POINTS = 100
 _MARGIN_PIXELS = 2  # errors of points and alpha
+_MAX_TRANSPARENT_SHARE = 0.1
 _HULL_POINT_COUNT = 10_000
 _DRAWN_PER_ROUND = 200_000
 _MAX_ROUNDS = 50
@@ -51,20 +57,29 @@ def choose_subject_points(
     return Points(positions, _pick_colors(positions, cameras, read_picture))
 
 
+def find_transparent_points(projection: PointProjection, alpha: Alpha) -> NDArray[np.bool_]:
+    """Return which points `[P]` a camera sees, but only as transparent."""
+    is_covered = binary_dilation(alpha > 0, iterations=_MARGIN_PIXELS)
+    is_transparent = projection.is_visible.copy()
+    rows = projection.rows[is_transparent].astype(np.int64)
+    columns = projection.columns[is_transparent].astype(np.int64)
+    is_transparent[is_transparent] = ~is_covered[rows, columns]
+    return is_transparent
+
+
 def _find_hull_points(
     positions: NDArray[np.float32], cameras: Sequence[Camera], alphas: Sequence[Alpha]
 ) -> NDArray[np.bool_]:
-    """Return which points `[P, 3]` are transparent in no picture that shows them, `[P]`."""
-    is_inside = np.ones(len(positions), dtype=bool)
+    """Return which points `[P, 3]` are in the hull, `[P]`.
+
+    They may be transparent in a tenth of the pictures that show them, whose alpha may be wrong.
+    """
+    view_counts, transparent_counts = np.zeros((2, len(positions)), dtype=np.int64)
     for camera, alpha in zip(cameras, alphas, strict=True):
-        candidates = np.flatnonzero(is_inside)
-        is_covered = binary_dilation(alpha > 0, iterations=_MARGIN_PIXELS)
-        projection = project_points(camera, positions[candidates])
-        is_visible = projection.is_visible
-        rows = projection.rows[is_visible].astype(np.int64)
-        columns = projection.columns[is_visible].astype(np.int64)
-        is_inside[candidates[is_visible]] = is_covered[rows, columns]
-    return is_inside
+        projection = project_points(camera, positions)
+        view_counts += projection.is_visible
+        transparent_counts += find_transparent_points(projection, alpha)
+    return np.asarray(transparent_counts <= _MAX_TRANSPARENT_SHARE * view_counts)
 
 
 def _draw_hull_points(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> NDArray[np.float32]:
@@ -97,7 +112,8 @@ def _find_ball(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> tuple[Floa
     if len(seen) < 2:
         message = (
             f"the subject is visible to {len(seen)} of {len(cameras)} training cameras in frame 0: "
-            "check that masks or alpha channels are white or opaque on the subject"
+            "check that masks or alpha channels are white or opaque on the subject, or begin with "
+            "a frame that shows it (--start)"
         )
         raise UnreadablePointsError(message)
     projectors, projected_centers, silhouettes = np.zeros((3, 3)), np.zeros(3), []

@@ -6,23 +6,22 @@ directions, or if the views show it in different colors. The thresholds were cho
 and real captures with 3 to 30 cameras (docs/experiments/capture-checks.md).
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
 
-from quarc_ref.datasets.camera_geometry import PointProjection, camera_center, project_points
-from quarc_ref.datasets.capture import Capture, Image, Points
+from quarc_ref.datasets.camera_geometry import camera_center, project_points
+from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.datasets.findings import Finding, format_names
-from quarc_ref.encoder.checks.color_agreement import compare_colors
 from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
+from quarc_ref.encoder.checks.pose_checks import MIN_TRAINING_CAMERAS, find_wrong_poses
+from quarc_ref.encoder.checks.projected_points import ProjectedPoints, read_first_frame
 from quarc_ref.encoder.steps import measure_pixel_size, measure_reach
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import UnusableCaptureError
 
 _MAX_SAMPLED_POINTS = 20000
-_MIN_TRAINING_CAMERAS = 2
 # Number of views that should see a point: two views leave depth along the baseline ambiguous.
 _RECOMMENDED_VIEWS = 3
 _MAX_RARELY_SEEN_FRACTION = 0.5
@@ -38,25 +37,6 @@ _MIN_RELATIVE_RADIUS = 0.01
 _MAX_REACH_PIXELS = 50_000
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _ProjectedPoints:
-    """A random sample of the initial points, projected into all training views.
-
-    Attributes:
-        cameras: The training cameras.
-        positions: `[P, 3]` positions, world units.
-        colors: `[P, 3]` sRGB colors, 0 to 255.
-        projections: Projection of the points into each camera.
-        is_visible: `[V, P]` whether a point projects into the picture of a camera.
-    """
-
-    cameras: tuple[Camera, ...]
-    positions: NDArray[np.float32]
-    colors: NDArray[np.uint8]
-    projections: tuple[PointProjection, ...]
-    is_visible: NDArray[np.bool_]
-
-
 def check_capture(capture: Capture) -> list[Finding]:
     """Return findings that predict poor quality, based only on frame 0.
 
@@ -68,10 +48,10 @@ def check_capture(capture: Capture) -> list[Finding]:
         CaptureError: A picture or mask cannot be read.
     """
     cameras = tuple(capture.cameras[index] for index in capture.training)
-    if len(cameras) < _MIN_TRAINING_CAMERAS:
+    if len(cameras) < MIN_TRAINING_CAMERAS:
         message = (
             f"capture {capture.name} has {len(cameras)} training camera, but estimating depth "
-            f"needs at least {_MIN_TRAINING_CAMERAS}: hold out fewer cameras, or add cameras"
+            f"needs at least {MIN_TRAINING_CAMERAS}: hold out fewer cameras, or add cameras"
         )
         raise UnusableCaptureError(message)
     projected = _measure_visibility(capture, cameras)
@@ -89,18 +69,18 @@ def check_capture(capture: Capture) -> list[Finding]:
         *_find_blind_cameras(projected),
         *_find_coinciding_cameras(projected),
         *_find_too_few_cameras(projected),
-        *_find_wrong_poses(capture, projected),
-        *find_odd_pictures(projected.cameras, projected.projections, _read_first_frame(capture)),
+        *find_wrong_poses(capture, projected),
+        *find_odd_pictures(projected.cameras, projected.projections, read_first_frame(capture)),
     ]
 
 
-def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> _ProjectedPoints:
+def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> ProjectedPoints:
     points = capture.points
     indices = np.random.default_rng(0).permutation(len(points.positions))[:_MAX_SAMPLED_POINTS]
     positions = points.positions[indices]
     projections = tuple(project_points(camera, positions) for camera in cameras)
     is_visible = np.stack([projection.is_visible for projection in projections])
-    return _ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
+    return ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
 
 
 def _find_black_masks(capture: Capture) -> Iterator[Finding]:
@@ -125,7 +105,7 @@ def _find_black_masks(capture: Capture) -> Iterator[Finding]:
         yield Finding("mask-black", message, names)
 
 
-def _find_distant_origin(projected: _ProjectedPoints, points: Points) -> Iterator[Finding]:
+def _find_distant_origin(projected: ProjectedPoints, points: Points) -> Iterator[Finding]:
     reach = measure_reach(projected.cameras, points)
     pixel_size = measure_pixel_size(projected.cameras, points)
     if reach > _MAX_REACH_PIXELS * pixel_size:
@@ -137,7 +117,7 @@ def _find_distant_origin(projected: _ProjectedPoints, points: Points) -> Iterato
         yield Finding("distant-origin", message)
 
 
-def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]:
+def _find_points_outside_views(projected: ProjectedPoints) -> Iterator[Finding]:
     outside_fraction = float(np.mean(~projected.is_visible.any(axis=0)))
     if outside_fraction > _MAX_OUTSIDE_FRACTION:
         behind_fraction = float(
@@ -152,12 +132,10 @@ def _find_points_outside_views(projected: _ProjectedPoints) -> Iterator[Finding]
         yield Finding("points-outside-views", message)
 
 
-def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
+def _find_blind_cameras(projected: ProjectedPoints) -> Iterator[Finding]:
     point_counts = projected.is_visible.sum(axis=1)
-    blind_cameras = _camera_names(
-        projected.cameras,
-        np.flatnonzero(point_counts < _MIN_FRACTION_OF_MEDIAN_COUNT * np.median(point_counts)),
-    )
+    min_count = _MIN_FRACTION_OF_MEDIAN_COUNT * np.median(point_counts)
+    blind_cameras = projected.name_cameras(np.flatnonzero(point_counts < min_count))
     if blind_cameras:
         message = (
             "hardly any initial points are visible in the pictures of "
@@ -166,7 +144,7 @@ def _find_blind_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
         yield Finding("camera-sees-no-points", message, blind_cameras)
 
 
-def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
+def _find_coinciding_cameras(projected: ProjectedPoints) -> Iterator[Finding]:
     centers = np.stack([camera_center(camera) for camera in projected.cameras])
     max_radius = np.linalg.norm(centers - centers.mean(axis=0), axis=1).max()
     depths = np.concatenate(
@@ -180,7 +158,7 @@ def _find_coinciding_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
         yield Finding("cameras-in-one-place", message)
 
 
-def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
+def _find_too_few_cameras(projected: ProjectedPoints) -> Iterator[Finding]:
     rarely_seen_fraction = float(np.mean(projected.is_visible.sum(axis=0) < _RECOMMENDED_VIEWS))
     parallax_degrees = _measure_parallax(projected)
     if rarely_seen_fraction > _MAX_RARELY_SEEN_FRACTION or parallax_degrees > _MAX_PARALLAX_DEGREES:
@@ -194,7 +172,7 @@ def _find_too_few_cameras(projected: _ProjectedPoints) -> Iterator[Finding]:
         yield Finding("too-few-cameras", message)
 
 
-def _measure_parallax(projected: _ProjectedPoints) -> float:
+def _measure_parallax(projected: ProjectedPoints) -> float:
     """Return the median angle between neighboring cameras as seen from a point, in degrees.
 
     For each camera and each point that it sees, the angle at the point is measured between the
@@ -229,59 +207,3 @@ def _nearest_cosines(
         axis=0
     )
     return nearest_cosines
-
-
-def _read_first_frame(capture: Capture) -> Iterator[Image]:
-    """Yield the training pictures of frame 0 of the full capture.
-
-    Frame 0 is used because the initial points represent the scene at that frame.
-    """
-    full_capture = capture.full_capture
-    return (full_capture.image(index, 0) for index in full_capture.training)
-
-
-def _find_wrong_poses(capture: Capture, projected: _ProjectedPoints) -> Iterator[Finding]:
-    disagreement = compare_colors(
-        projected.cameras, projected.projections, projected.colors, _read_first_frame(capture)
-    )
-    if disagreement.mixed_up_pairs:
-        descriptions = [
-            f"{projected.cameras[picture].name} fits the pose of {projected.cameras[pose].name}"
-            for picture, pose in disagreement.mixed_up_pairs
-        ]
-        message = (
-            "some pictures fit the pose of another camera better than their own "
-            f"({format_names(descriptions)}), so pictures and poses are probably mixed up: check "
-            "the order of the poses"
-        )
-        yield Finding(
-            "poses-mixed-up",
-            message,
-            _camera_names(projected.cameras, [i for i, _ in disagreement.mixed_up_pairs]),
-        )
-    if disagreement.wrong_cameras:
-        names = _camera_names(projected.cameras, disagreement.wrong_cameras)
-        message = (
-            f"the pictures of {format_names(names)} do not show the initial points at the "
-            "pixels that their poses predict. If other cameras are fine, these poses are wrong: "
-            "calibrate again with more matches (calibrate --moments 16), or check that pose, "
-            "intrinsics and picture belong to the same camera. If many cameras are listed, the "
-            "points probably belong to another scene or time, or all poses have the axes of "
-            f"another convention{_suggest_holding_out(capture, names)}"
-        )
-        yield Finding("pose-disagrees", message, names)
-
-
-def _suggest_holding_out(capture: Capture, names: Sequence[str]) -> str:
-    """Return advice to exclude training cameras; empty if too few others would be left."""
-    if len(capture.training) - len(names) < _MIN_TRAINING_CAMERAS:
-        return ""
-    held_out = [capture.cameras[index].name for index in capture.held_out]
-    options = " ".join(f"--held-out {name}" for name in [*held_out, *names])
-    return f". To exclude these cameras from training, use {options}"
-
-
-def _camera_names(
-    cameras: Sequence[Camera], indices: Sequence[int] | NDArray[np.intp]
-) -> tuple[str, ...]:
-    return tuple(cameras[index].name for index in indices)

@@ -9,24 +9,26 @@ from quarc_ref.datasets.capture import Capture, Points
 
 def plant(capture, *, cameras=None, points=None, order=None):
     """Return a capture after replacing its cameras or points, or the order of its pictures."""
+    order = order or range(len(capture.cameras))
     return Capture(
         capture.name,
         cameras or capture.cameras,
         capture.frame_count,
         capture.frames_per_second,
         points or capture.points,
-        _Reordered(capture, order or range(len(capture.cameras))),
+        _Reordered(capture.image, order),
         capture.fingerprint,
+        alphas=_Reordered(capture.alpha, order) if capture.alphas else None,
     )
 
 
 class _Reordered:
-    def __init__(self, capture, order):
-        self._capture = capture
+    def __init__(self, read, order):
+        self._read = read
         self._order = order
 
     def read(self, camera, frame):
-        return self._capture.image(self._order[camera], frame).copy()
+        return self._read(self._order[camera], frame).copy()
 
 
 def keep_cameras(capture, camera_indices):

@@ -211,6 +211,20 @@ def test_a_rotated_camera_is_named(trace_capture, variant, axis, degrees):
     assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam07",))
 
 
+@pytest.mark.parametrize("paints_points", [False, True])
+def test_a_camera_that_sees_the_subject_elsewhere_is_named(trace_capture, paints_points):
+    capture = trace_capture(variant="bright-stage", cameras=12, has_masks=True)
+    if paints_points:  # as points inside the subject
+        colors = np.random.default_rng(0).integers(0, 256, capture.points.colors.shape, np.uint8)
+        capture = paint_points(capture, colors)
+    assert check_capture(capture) == []
+
+    (finding,) = check_capture(turn_camera(capture, 7, 1, 10))
+
+    assert (finding.kind, finding.cameras) == ("pose-disagrees", ("cam07",))
+    assert finding.message.endswith("use --held-out cam00 --held-out cam07")
+
+
 @pytest.mark.parametrize("step", [(0.3, 0, 0), (0, -0.3, 0), (0, 0, -1.0)])
 def test_a_displaced_camera_is_named(correct_capture, step):
     (finding,) = check_capture(move_camera(correct_capture, 2, step))
