@@ -40,6 +40,7 @@ class TrainingViews:
             downscale_camera(capture.cameras[index], downscale) for index in self._indices
         )
         self._extent = measure_extent(self._cameras)
+        self._backgrounds = _choose_backgrounds(capture, len(self._indices)).to(device)
         self._pictures: dict[tuple[int, int], Tensor] = {}
         self._masks: dict[tuple[int, int], Tensor | None] = {}
         self._alphas: dict[tuple[int, int], Tensor | None] = {}
@@ -124,9 +125,7 @@ class TrainingViews:
         Each view has a different color. With the same color in all views, Gaussians of that color
         could cover the background.
         """
-        if self._capture.alphas is None:
-            return torch.zeros(3, device=self._device)
-        return ((view + 1) * torch.tensor(_COLOR_STEPS, device=self._device)).frac()
+        return self._backgrounds[view]
 
     def halved(self) -> "TrainingViews":
         """Return the same views with half the width and height.
@@ -154,6 +153,13 @@ class TrainingViews:
     def shuffled_indices(self, generator: torch.Generator) -> "ShuffledIndices":
         """Return an endless iterator over view indices in random order."""
         return ShuffledIndices(len(self._indices), generator)
+
+
+def _choose_backgrounds(capture: Capture, view_count: int) -> Tensor:
+    """Return the `[V, 3]` background colors of the views."""
+    if capture.alphas is None:
+        return torch.zeros(view_count, 3)
+    return torch.outer(torch.arange(1.0, view_count + 1), torch.tensor(_COLOR_STEPS)).frac()
 
 
 class ShuffledIndices(Iterator[int]):
