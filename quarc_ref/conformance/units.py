@@ -88,9 +88,11 @@ def _bind_positions(positions: list[list[int]], anchors: list[list[int]]) -> lis
 
 def _choose_deaths(opacities: list[int], count: int) -> list[int]:
     scene = _make_scene(
-        StreamHeader(sh_degree=0), range(len(opacities)), [[0, 0, 0]] * len(opacities)
+        StreamHeader(sh_degree=0),
+        range(len(opacities)),
+        [[0, 0, 0]] * len(opacities),
+        opacities=opacities,
     )
-    scene.codes[OPACITY.start] = opacities
     return sorted(_flatten(choose_deaths(scene, count)))
 
 
@@ -99,10 +101,12 @@ def _make_scene(
     ids: Any,  # noqa: ANN401
     positions: list[list[int]],
     phase: int = 1,
+    opacities: list[int] | int = 0,
 ) -> Scene:
     rotations = np.zeros((4, len(positions)), dtype=np.int32)
     rotations[0] = ROTATION_ONE
     codes = np.zeros((header.code_planes, len(positions)), dtype=np.int16)
+    codes[OPACITY.start] = opacities
     position_planes = np.array(positions, dtype=np.int32).T
     return Scene(
         header, phase, phase, np.array(ids, dtype=np.int64), position_planes, rotations, codes
@@ -165,8 +169,8 @@ def _read_ascending(words: list[int], count: int) -> list[int]:
 
 def _dequantize_opacity(code: int, step: str) -> str:
     step_value = np.array([int(step, 16)], dtype="<u4").view("<f4")[0]
-    scene = _make_scene(StreamHeader(sh_degree=0, opacity_step=float(step_value)), [0], [[0, 0, 0]])
-    scene.codes[OPACITY.start] = code
+    header = StreamHeader(sh_degree=0, opacity_step=float(step_value))
+    scene = _make_scene(header, [0], [[0, 0, 0]], opacities=code)
     return f"{dequantize(scene).opacities.view('<u4')[0]:08x}"
 
 

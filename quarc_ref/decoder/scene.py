@@ -16,6 +16,8 @@ from quarc_ref.format.records import StreamHeader
 class Scene:
     """The decoded Gaussians of a frame, ordered by id.
 
+    The arrays are read-only, because the next frame is decoded from them.
+
     Attributes:
         header: Header of the stream.
         frame: Ordinal of the frame in the stream.
@@ -46,6 +48,10 @@ class Scene:
             if array.shape != shape or array.dtype != dtype:
                 message = f"{name} is {array.dtype}{array.shape}, not {dtype.__name__}{shape}"
                 raise ValueError(message)
+        for name in ("ids", "positions", "rotations", "codes"):
+            view = getattr(self, name).view()
+            view.flags.writeable = False
+            object.__setattr__(self, name, view)
 
     @property
     def count(self) -> int:

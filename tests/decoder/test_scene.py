@@ -21,6 +21,12 @@ def test_a_scene_has_planes_of_the_same_length_and_dtype(name):
             replace(_STATE.scene, **{name: wrong_plane})
 
 
+@pytest.mark.parametrize("name", ["ids", "positions", "rotations", "codes"])
+def test_a_program_cannot_change_the_frame_from_which_the_next_one_is_decoded(name):
+    with pytest.raises(ValueError, match="read-only"):
+        getattr(_STATE.scene, name)[...] = 0
+
+
 def test_the_remaining_gaussians_keep_their_order():
     scene = _STATE.scene.without(np.array([1, 3, 5, 7]))
 
