@@ -50,8 +50,11 @@ pub struct IoSource<T>(pub T);
 
 impl<T: Read + Seek> Source for IoSource<T> {
     fn read(&mut self, offset: u64, length: u64, into: &mut Vec<u8>) -> Result<()> {
-        let at = self.0.seek(SeekFrom::Start(offset.min(i64::MAX as u64)));
-        let read = at.and_then(|_| self.0.by_ref().take(length).read_to_end(into));
+        let read = match self.0.seek(SeekFrom::Start(offset.min(i64::MAX as u64))) {
+            // A file system may refuse offsets beyond the longest file it can hold.
+            Err(_) if self.size().map_or(false, |size| size <= offset) => return Ok(()),
+            at => at.and_then(|_| self.0.by_ref().take(length).read_to_end(into)),
+        };
         read.map(drop).map_err(|error| Error::Source(error.to_string()))
     }
 

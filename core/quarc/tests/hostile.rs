@@ -1,15 +1,17 @@
 //! Streams with random changes and corrected CRCs never cause a panic, and all ways of reading
 //! reject the same ones.
 
-use quarc::chunks::{build_chunk, ChunkHeader, CANO, HEAD, MAGIC, SYNC};
+use quarc::chunks::{build_chunk, ChunkHeader, CANO, HEAD, MAGIC, SYNC, TAIL};
 use quarc::error::Error;
 use quarc::preview::Preview;
 use quarc::reader::{Chunk, ChunkReader};
 use quarc::recover::{Recovered, Recovery};
 use quarc::seek::SeekDecoder;
+use quarc::source::IoSource;
 use quarc::stream::Decoder;
-use quarc::wire::parse_header;
+use quarc::wire::{build_tail, parse_header, parse_tail};
 use std::fs;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -184,4 +186,37 @@ fn a_preview_at_the_greatest_offset_finds_no_bytes() {
     let chunk = ChunkHeader { kind: CANO, sequence: 1, length: 100, offset: u64::MAX };
     let id = Preview::new(&mut &still[..], &header, &chunk).err().and_then(|error| error.reject());
     assert_eq!(id.map(quarc::error::Reject::id), Some("field"));
+}
+
+/// A file that cannot be sought beyond its longest possible length, as on most file systems.
+struct Limited(Cursor<Vec<u8>>);
+
+impl Read for Limited {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        self.0.read(into)
+    }
+}
+
+impl Seek for Limited {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        match to {
+            SeekFrom::Start(offset) if offset > 1 << 44 => Err(io::ErrorKind::InvalidInput.into()),
+            _ => self.0.seek(to),
+        }
+    }
+}
+
+#[test]
+fn an_index_beyond_the_end_of_a_file_is_rejected_at_every_offset() {
+    for index_offset in [1 << 20, 1 << 50, i64::MAX as u64, u64::MAX] {
+        let mut changed = chunks(&read("journey"));
+        let tail = changed.last_mut().filter(|chunk| chunk.header.kind == TAIL).expect("TAIL");
+        let totals = parse_tail(&tail.payload).expect("totals");
+        tail.payload = build_tail(&quarc::records::Tail { index_offset, ..totals });
+        let file = Limited(Cursor::new(build(&changed)));
+        let mut decoder = SeekDecoder::new(IoSource(file), 7).expect("HEAD");
+        let id =
+            decoder.pull().err().and_then(|error| error.reject()).map(quarc::error::Reject::id);
+        assert_eq!(id, Some("index-mismatch"), "{index_offset}");
+    }
 }
