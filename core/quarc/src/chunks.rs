@@ -191,6 +191,9 @@ impl Default for ChunkOrder {
 
 impl ChunkOrder {
     /// Use the level and features of this HEAD for the checks that follow.
+    ///
+    /// # Panics
+    /// If the level is undefined; parsers reject such headers.
     pub fn keep_to(&mut self, header: &Header) {
         self.limit = header.limits().chunk_bytes;
         self.snapshots = header.snapshots;

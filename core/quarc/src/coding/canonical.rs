@@ -15,6 +15,8 @@ use crate::records::{Gaussians, Section};
 pub const ROTATION_INDEX_BITS: u32 = 2;
 /// Rows of codes of every Gaussian, without SH rest.
 pub const PLAIN_CODES: usize = 7;
+/// Rows of codes with SH rest.
+const ALL_CODES: usize = PLAIN_CODES + 9;
 
 const KEYS: Sequence = Sequence::unsigned(0, 1, KEY_CLASS_BITS);
 const SH_DC: Sequence = Sequence::signed(0, 3, CLASS_BITS);
@@ -110,9 +112,11 @@ pub fn require_even(gaussians: &Gaussians, code_planes: usize) -> Result<()> {
 /// Check that a chunk can hold the Gaussians.
 ///
 /// # Errors
-/// `Encode`: the planes differ in length, or a number is out of range.
+/// `Encode`: there are not 7 or 16 planes of codes, the planes differ in length, or a number is out
+/// of range.
 pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
-    require_even(gaussians, gaussians.codes.len().max(PLAIN_CODES))?;
+    let is_plain = gaussians.codes.len() <= PLAIN_CODES;
+    require_even(gaussians, if is_plain { PLAIN_CODES } else { ALL_CODES })?;
     let indices = gaussians.rotations[0].iter().all(|index| (0..4).contains(index));
     let parts = gaussians.rotations[1..].iter().flatten();
     let mut numbers = parts.chain(gaussians.codes.iter().flatten());
@@ -125,14 +129,18 @@ pub fn require_writable(gaussians: &Gaussians) -> Result<()> {
 /// Decode `count` Gaussians. The caller has checked the count against the level.
 ///
 /// # Errors
-/// Those of reading the sections; `symbol-range` if a position is outside the box;
-/// `position-range`.
+/// Those of reading the sections; `field` if `axis_bits` exceeds its range; `symbol-range` if a
+/// position is outside the box; `position-range`.
 pub fn read_canonical(
     sections: &[Section; 6],
     count: usize,
     grid: Grid,
     code_planes: usize,
 ) -> Result<Gaussians> {
+    if u32::from(grid.axis_bits) > AXIS_BITS_LIMIT {
+        let message = format!("axis_bits must be from 0 to {AXIS_BITS_LIMIT}");
+        return Err(Error::new(Reject::Field, message));
+    }
     let mut reader = CanonicalReader::new(count, grid, code_planes);
     for section in sections {
         reader.read(section)?;
@@ -161,6 +169,9 @@ impl CanonicalReader {
     ///
     /// # Errors
     /// Those of [`read_canonical`].
+    ///
+    /// # Panics
+    /// If all six sections have been read.
     pub fn read(&mut self, section: &Section) -> Result<()> {
         let mut counts = Counts::new(CONTEXTS[self.sections]);
         let mut reader = PlaneReader::new(section, &mut counts)?;

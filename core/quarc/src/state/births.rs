@@ -15,8 +15,10 @@ impl State {
     /// Encode the newborn Gaussians of this frame; after the motion and the updates.
     ///
     /// # Errors
-    /// `Encode`: a number is out of range, or the parents are not ascending.
+    /// `Encode`: a number is out of range, the parents are not ascending, or the births have the
+    /// wrong shape.
     pub fn write_births(&self, births: &Births) -> Result<Section> {
+        require_even(&births.newborn, self.header.code_planes())?;
         write_births(births, &self.birth_counts)
     }
 

@@ -2,7 +2,7 @@
 
 use super::{narrow_code, narrow_position, require_gaussians, State};
 use crate::coding::births::birth_counts;
-use crate::coding::canonical::{read_canonical, require_even};
+use crate::coding::canonical::{read_canonical, require_even, require_writable};
 use crate::coding::channels::Channels;
 use crate::coding::grid::Grid;
 use crate::coding::motion::motion_counts;
@@ -38,7 +38,7 @@ impl State {
     /// for each Gaussian its index in that CANO, -1 if it is not a survivor.
     ///
     /// # Errors
-    /// The chunk is invalid.
+    /// The chunk is invalid; `Encode`: `canonical` has the wrong shape, or a number out of range.
     pub fn snapshot(
         header: &Arc<Header>,
         chunk: &SnapshotChunk,
@@ -46,6 +46,7 @@ impl State {
     ) -> Result<(State, Vec<i32>)> {
         header.check()?;
         require_even(canonical, header.code_planes())?;
+        require_writable(canonical)?;
         require_gaussians(header, u64::from(chunk.newborn_count))?;
         let (gaussians, canonical_indices) = read_snapshot(chunk, canonical, |count| {
             // [7.9-3]

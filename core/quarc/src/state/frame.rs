@@ -144,10 +144,11 @@ impl State {
     }
 }
 
-/// The ascending indices of the Gaussians with the least (opacity code, id) (SPEC 7.4).
+/// The ascending indices of the Gaussians with the least (opacity code, id) (SPEC 7.4): `count`, or
+/// all if there are fewer.
 #[must_use]
 pub fn choose_deaths(opacities: &[i16], count: u32) -> Vec<u32> {
-    if count == 0 {
+    if count == 0 || opacities.is_empty() {
         return Vec::new();
     }
     let range = |(least, most): (i16, i16), &opacity: &i16| (least.min(opacity), most.max(opacity));

@@ -1,11 +1,13 @@
 //! Steps of a frame in the wrong order, and cloned states.
 
 use crate::streams::{chunks, vectors, Frames};
-use quarc::coding::canonical::blank;
-use quarc::error::Error;
-use quarc::records::{Births, Gaussians, Header, Updates};
+use quarc::coding::canonical::{blank, write_canonical};
+use quarc::coding::grid::Grid;
+use quarc::coding::snapshot::write_snapshot;
+use quarc::error::{Error, Reject};
+use quarc::records::{Births, CanonicalChunk, Gaussians, Header, SnapshotChunk, Updates};
 use quarc::rows::Rows;
-use quarc::state::State;
+use quarc::state::{choose_deaths, State};
 use std::sync::Arc;
 
 /// The states of all frames of a stream of the suite.
@@ -60,6 +62,58 @@ fn steps_in_the_wrong_order_are_rejected() {
     assert_eq!((state.count(), state.next_id()), (begun.count() + 1, begun.count() as u64 + 1));
     assert!(refused(state.move_by(&[])), "a newborn is not bound");
     assert_eq!(begun.digest(), states("streams/still")[0].digest(), "a clone is independent");
+}
+
+#[test]
+fn gaussians_with_the_wrong_number_of_codes_are_not_written() {
+    let grid = Grid { origin: [0; 3], axis_bits: 0 };
+    let header = Arc::new(Header::default()); // SH degree 1
+    let state = State::begin(&header, 0, &blank(16, 2)).expect("a state");
+    for planes in [0, 6, 7, 8, 15, 16, 17] {
+        let written = write_canonical(&blank(planes, 2), grid);
+        assert_eq!(written.is_ok(), planes == 7 || planes == 16, "{planes} planes");
+        let births = Births { parents: vec![0], newborn: blank(planes, 1) };
+        assert_eq!(state.write_births(&births).is_ok(), planes == 16, "{planes} planes");
+    }
+}
+
+#[test]
+fn chunks_that_no_parser_returns_are_rejected() {
+    let header = Arc::new(Header { snapshots: true, ..Header::default() });
+    let mut canonical = blank(header.code_planes(), 1);
+    let chunk = CanonicalChunk {
+        frame: 0,
+        gaussian_count: 1,
+        origin: [0; 3],
+        axis_bits: u8::MAX,
+        sections: Default::default(),
+        state_crc: 0,
+    };
+    let found = State::canonical(&header, &chunk).err().and_then(|error| error.reject());
+    assert_eq!(found, Some(Reject::Field));
+
+    let mut later = canonical.clone();
+    later.codes[3][0] = 1;
+    let coded = write_snapshot(&canonical, &later, &[0]).expect("a snapshot");
+    let snapshot = SnapshotChunk {
+        frame: 1,
+        canonical: 0,
+        newborn_count: 0,
+        origin: [0; 3],
+        axis_bits: 0,
+        survivors: coded.survivors,
+        sections: coded.sections,
+        state_crc: 0,
+    };
+    canonical.codes[3][0] = i32::MAX; // a sum would overflow
+    let decoded = State::snapshot(&header, &snapshot, &canonical);
+    assert!(matches!(decoded, Err(Error::Encode(_))));
+}
+
+#[test]
+fn no_more_gaussians_die_than_there_are() {
+    assert_eq!(choose_deaths(&[], 1), []);
+    assert_eq!(choose_deaths(&[3, 2], u32::MAX), [0, 1]);
 }
 
 #[test]
