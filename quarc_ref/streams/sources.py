@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from io import RawIOBase
 from pathlib import Path
+from threading import Lock
 from typing import BinaryIO
 
 from quarc_ref.format.constants import LEVELS
@@ -19,7 +20,7 @@ _BUFFER_BYTES = LEVELS[30].chunk_bytes + (2 << 20)  # a payload, and a window of
 
 
 class FileSource:
-    """A stream in a file, which may be growing.
+    """A stream in a file, which may be growing. Threads can share it.
 
     Args:
         file: Binary file, open for reading.
@@ -27,17 +28,19 @@ class FileSource:
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
+        self._lock = Lock()  # held from a seek to the end of its read
 
     def read(self, offset: int, length: int) -> bytes:
         """Read `length` bytes at `offset`, or fewer at the end of the file."""
         missing_bytes = max(0, min(length, self.size() - offset))
-        self._file.seek(offset if missing_bytes else 0)
         pieces = []
-        while missing_bytes and (
-            piece := self._file.read(missing_bytes)
-        ):  # the system may return fewer bytes
-            pieces.append(piece)
-            missing_bytes -= len(piece)
+        with self._lock:
+            self._file.seek(offset if missing_bytes else 0)
+            while missing_bytes and (
+                piece := self._file.read(missing_bytes)
+            ):  # the system may return fewer bytes
+                pieces.append(piece)
+                missing_bytes -= len(piece)
         return b"".join(pieces)
 
     def size(self) -> int:

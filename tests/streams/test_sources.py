@@ -53,6 +53,23 @@ def test_what_is_neither_bytes_nor_a_source_is_named(stream):
         next(decode(stream))
 
 
+def test_threads_can_read_from_the_same_file(path):
+    class FileOfTwoThreads(io.FileIO):
+        def seek(self, offset, whence=0):
+            result = super().seek(offset, whence)
+            if threading.current_thread() is not other:
+                other.start()
+                other.join(timeout=0.1)  # it waits until this read has ended
+            return result
+
+    with FileOfTwoThreads(path) as file:
+        source, results = FileSource(file), []
+        other = threading.Thread(target=lambda: results.append(source.read(500, 5)))
+        assert source.read(3, 9) == _BYTES[3:12]
+        other.join()
+    assert results == [_BYTES[500:505]]
+
+
 def test_a_path_is_opened_like_its_name(path):
     with open_source(path) as of_path, open_source(str(path)) as of_name:
         assert of_path.read(3, 9) == of_name.read(3, 9) == _BYTES[3:12]
