@@ -11,6 +11,10 @@
 //! To write a stream, see [`writer`]: encoders take the same [`State`](state::State) from frame to
 //! frame as decoders.
 //!
+//! Decoders, parsers, [`writer`] and the methods of [`State`](state::State) return errors, whatever
+//! their arguments are. The functions of [`anchors`], [`coding`], [`rotation`] and [`rows`], which
+//! they consist of, expect arguments as described there, and may panic with others.
+//!
 //! With the feature `threads`, a call within a rayon pool uses the threads of the pool.
 //!
 //! The modules follow the order of SPEC. Comments name the clause that a line implements, such as
