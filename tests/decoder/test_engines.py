@@ -98,3 +98,12 @@ def test_the_fast_engine_needs_the_version_in_this_repository():
     needed_version = import_module("quarc_ref.decoder.fast_engine").CORE_VERSION
 
     assert tomllib.loads(manifest.read_text())["workspace"]["package"]["version"] == needed_version
+
+
+@needs_fast
+def test_classes_of_the_fast_engine_are_named_with_their_module():
+    import quarc_core
+
+    classes = [value for value in vars(quarc_core).values() if isinstance(value, type)]
+    assert classes
+    assert {value.__module__ for value in classes} == {"quarc_core"}

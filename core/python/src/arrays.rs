@@ -24,7 +24,7 @@ pub type CodedArguments<'py> =
     (PyReadonlyArray2<'py, i64>, PyReadonlyArray2<'py, i64>, PyReadonlyArray2<'py, i64>);
 
 /// Keeps the memory of an array alive while the array exists.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "quarc_core")]
 struct Keeper {
     _kept: Arc<dyn Any + Send + Sync>,
 }

@@ -15,8 +15,11 @@ type SplatArrays<'py> = (
     Bound<'py, PyArray3<f32>>,
 );
 
+/// Number of frames whose arrays are kept for later frames; a program may hold any number at once.
+const MAX_KEPT: usize = 8;
+
 /// Dequantizes the states of a stream, into arrays that Python no longer uses.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "quarc_core")]
 #[derive(Default)]
 pub struct Dequantizer {
     used: Mutex<Vec<Arc<quarc::floats::Dequantizer>>>,
@@ -38,6 +41,9 @@ impl Dequantizer {
             let mut taken = free.map_or_else(Arc::default, |place| used.remove(place));
             if let Some(dequantizer) = Arc::get_mut(&mut taken) {
                 dequantizer.update(&state);
+            }
+            if used.len() == MAX_KEPT {
+                used.remove(0); // Python may still refer to it
             }
             used.push(taken.clone());
             taken

@@ -9,7 +9,7 @@ use rayon::{BroadcastContext, ThreadPool, ThreadPoolBuilder};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A pool of threads that share the work of a frame; no pool for one thread.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "quarc_core")]
 #[derive(Clone)]
 pub struct Workers {
     pool: Option<Arc<ThreadPool>>,
@@ -54,7 +54,7 @@ impl Workers {
 }
 
 /// The HEAD of a stream.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "quarc_core")]
 pub struct StreamHead {
     /// Its contents.
     pub header: Arc<Header>,

@@ -14,7 +14,7 @@ use quarc::records::{Births, Updates};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// A state, with what its frame coded.
-#[pyclass(frozen)]
+#[pyclass(frozen, module = "quarc_core")]
 pub struct State {
     workers: Workers,
     /// Locked, as searches for the followers of anchors store their results.
