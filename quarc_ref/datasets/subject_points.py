@@ -20,7 +20,7 @@ from quarc_ref.datasets.capture import Alpha, Image, Points
 from quarc_ref.datasets.errors import UnreadablePointsError
 from quarc_ref.format.cameras import Camera
 
-_MIN_POINTS = 100
+_MIN_POINTS, _MIN_GIVEN_POINTS = 100, 1000
 _MARGIN_PIXELS = 2  # errors of points and alpha
 _MAX_TRANSPARENT_SHARE = 0.1
 _HULL_POINT_COUNT = 10_000
@@ -51,7 +51,7 @@ def choose_subject_points(
     """
     if points is not None:
         is_subject = _find_hull_points(points.positions, cameras, alphas)
-        if np.count_nonzero(is_subject) >= _MIN_POINTS:
+        if np.count_nonzero(is_subject) >= _MIN_GIVEN_POINTS:
             return Points(points.positions[is_subject], points.colors[is_subject])
     positions = _draw_hull_points(cameras, alphas)
     return Points(positions, _pick_colors(positions, cameras, read_picture))

@@ -67,23 +67,23 @@ def test_wrong_alpha_in_one_of_twelve_pictures_removes_no_points():
     cameras = [_make_camera(index, count=12) for index in range(12)]
     alphas = [_draw_ball(camera) for camera in cameras]
     alphas[4] = np.zeros_like(alphas[4])
-    positions = (CENTER + _draw_positions(300, reach=0.25)).astype(np.float32)
-    points = Points(positions, np.zeros((300, 3), np.uint8))
+    positions = (CENTER + _draw_positions(1000, reach=0.25)).astype(np.float32)
+    points = Points(positions, np.zeros((1000, 3), np.uint8))
 
-    assert len(choose_subject_points(points, cameras, alphas, _paint).positions) == 300
+    assert len(choose_subject_points(points, cameras, alphas, _paint).positions) == 1000
     alphas[5] = np.zeros_like(alphas[5])
     with pytest.raises(UnreadablePointsError, match="no place is covered"):
         choose_subject_points(points, cameras, alphas, _paint)
 
 
 def test_points_outside_all_pictures_are_kept():
-    inside = (CENTER + _draw_positions(200, reach=0.2)).astype(np.float32)
+    inside = (CENTER + _draw_positions(1000, reach=0.2)).astype(np.float32)
     high = np.float32([[0, 50, 0]])
-    points = Points(np.concatenate([inside, high]), np.zeros((201, 3), np.uint8))
-    assert len(choose_subject_points(points, CAMERAS, ALPHAS, _paint).positions) == 201
+    points = Points(np.concatenate([inside, high]), np.zeros((1001, 3), np.uint8))
+    assert len(choose_subject_points(points, CAMERAS, ALPHAS, _paint).positions) == 1001
 
 
-@pytest.mark.parametrize("given_count", [None, 0, 99])
+@pytest.mark.parametrize("given_count", [None, 0, 999])
 def test_too_few_points_are_replaced_by_the_visual_hull(given_count):
     points = None
     if given_count is not None:
