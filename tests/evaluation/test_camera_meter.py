@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from quarc_ref.evaluation.camera_meter import VARIANTS, CameraMeter
 from quarc_ref.evaluation.color_correction import GAIN_CORRECTION
@@ -104,6 +106,27 @@ def test_the_first_frame_does_not_flicker():
 def test_every_figure_states_its_metric():
     for name, metric_name in (("cc", "cc_*"), ("moving", "static_*"), ("flicker", "truth_flicker")):
         assert metric_name in VARIANTS[name]
+
+
+@given(kept=st.integers(9, 19), seed=st.integers(0, 1 << 30))
+def test_masked_pixels_count_as_little_as_pixels_outside_the_picture(kept, seed):
+    rng = np.random.default_rng(seed)
+    pictures = np.stack(_make_video())
+    pictures[:, :, kept:] = rng.integers(0, 256, pictures[:, :, kept:].shape)
+    renderings = rng.normal(0.9 * pictures, 5) / 255
+    mask = np.arange(_SIZE[1]) < np.full((_SIZE[0], 1), kept)
+    masked_meter = CameraMeter(find_background(pictures))
+    cropped_meter = CameraMeter(find_background(pictures[:, :, :kept]))
+    for frame in (3, 4):
+        picture, rendering = pictures[frame], renderings[frame].astype(np.float32)
+        masked = masked_meter.measure(make_view(frame, "cam00", picture, rendering, mask))
+        cropped = cropped_meter.measure(
+            make_view(frame, "cam00", picture[:, :kept], rendering[:, :kept])
+        )
+
+    assert masked["moving_psnr"] is not None
+    for name in masked.keys() - {"ssim", "cc_ssim"}:  # windows reach beyond the kept pixels
+        assert masked[name] == pytest.approx(cropped[name], rel=1e-5)
 
 
 def test_a_completely_masked_picture_is_measured_without_its_mask():

@@ -24,8 +24,8 @@ def _make_pair(size, seed=0, noise=0.1):
     return picture, truth
 
 
-def _scikit_image_ssim(picture, truth):
-    """The SSIM of scikit-image with zero padding and the settings of `measure_ssim`."""
+def _map_scikit_image_ssim(picture, truth):
+    """The SSIM of each pixel from scikit-image, with zero padding and our settings."""
     border = 12
     padding = ((border, border), (border, border), (0, 0))
     _, ssim_map = structural_similarity(
@@ -38,7 +38,7 @@ def _scikit_image_ssim(picture, truth):
         use_sample_covariance=False,
         full=True,
     )
-    return ssim_map[border:-border, border:-border].mean()
+    return ssim_map[border:-border, border:-border]
 
 
 @pytest.mark.parametrize("size", _SIZES)
@@ -57,8 +57,19 @@ def test_ssim_equals_that_of_scikit_image_with_zero_padding(size, noise):
     picture, truth = _make_pair(size, noise=noise)
 
     # `measure_ssim` sums 121 products of numbers up to 1 in float32.
-    expected = _scikit_image_ssim(picture, truth)
+    expected = _map_scikit_image_ssim(picture, truth).mean()
     assert measure_ssim(picture, truth) == pytest.approx(expected, abs=1e-5)
+
+
+@given(st.integers(0, 1 << 30))
+def test_with_a_mask_only_its_pixels_are_measured(seed):
+    picture, truth = _make_pair((13, 17), seed)
+    mask = np.random.default_rng(seed).random((13, 17)) < 0.3
+    mask[5, 5] = True
+
+    assert measure_psnr(picture, truth, mask) == measure_psnr(picture[mask], truth[mask])
+    expected = _map_scikit_image_ssim(picture, truth)[mask].mean()
+    assert measure_ssim(picture, truth, mask) == pytest.approx(expected, abs=1e-5)
 
 
 def test_equal_pictures_have_the_maximum_psnr():
