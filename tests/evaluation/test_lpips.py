@@ -4,25 +4,30 @@ import numpy as np
 import pytest
 import torch
 
-from quarc_ref.evaluation import lpips as lpips_module
 from quarc_ref.evaluation.lpips import Lpips, WeightsError
 from quarc_ref.evaluation.same_capture import MismatchError
 from tests.encoder.toys import make_cameras
 
 _CHANNELS = (4, 5, 6, 7, 8)
+_VGG16_CONVOLUTIONS = ((0, 2), (5, 7), (10, 12, 14), (17, 19, 21), (24, 26, 28))
+_SHIFT, _SCALE = (-0.03, -0.09, -0.19), (0.46, 0.45, 0.45)
+
+
+def _make_scaling_layer():
+    return {
+        "scaling_layer.shift": torch.tensor(_SHIFT)[None, :, None, None],
+        "scaling_layer.scale": torch.tensor(_SCALE)[None, :, None, None],
+    }
 
 
 @pytest.fixture(scope="module")
 def weights():
     """Weights of a much smaller network, with the names of the real weights."""
     generator = torch.Generator().manual_seed(0)
-    state = {
-        "scaling_layer.shift": torch.tensor([-0.03, -0.09, -0.19])[None, :, None, None],
-        "scaling_layer.scale": torch.tensor([0.46, 0.45, 0.45])[None, :, None, None],
-    }
+    state = _make_scaling_layer()
     input_channels = 3
     for index, (channel_count, layers) in enumerate(
-        zip(_CHANNELS, lpips_module._CONVOLUTIONS_BY_SLICE, strict=True)
+        zip(_CHANNELS, _VGG16_CONVOLUTIONS, strict=True)
     ):
         for layer in layers:
             kernel = torch.randn(channel_count, input_channels, 3, 3, generator=generator) / (
@@ -56,6 +61,26 @@ def test_equal_pictures_have_distance_zero_and_worse_ones_more(lpips):
     assert lpips.measure(different, truth) == pytest.approx(
         lpips.measure(truth, different), rel=1e-5
     )
+
+
+def test_the_distance_of_uniform_pictures_is_that_of_their_colors(tmp_path):
+    """Every layer copies its input, so all features are the scaled colors."""
+    state, head_weights = _make_scaling_layer(), np.array([0.5, 2.0, 3.0])
+    for index, layers in enumerate(_VGG16_CONVOLUTIONS):
+        for layer in layers:
+            kernel = torch.zeros(3, 3, 3, 3)
+            kernel[range(3), range(3), 1, 1] = 1
+            state[f"net.slice{index + 1}.{layer}.weight"] = kernel
+            state[f"net.slice{index + 1}.{layer}.bias"] = torch.zeros(3)
+        state[f"lin{index}.model.1.weight"] = torch.tensor(head_weights)[None, :, None, None]
+    torch.save(state, tmp_path / "weights.pth")
+    colors = [(0.9, 0.2, 0.4), (0.1, 0.8, 0.3)]
+    pictures = [np.full((16, 17, 3), color, dtype=np.float32) for color in colors]
+
+    scaled = (np.array(colors) - _SHIFT) / _SCALE
+    first, second = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
+    expected = len(_VGG16_CONVOLUTIONS) * (head_weights * (first - second) ** 2).sum()
+    assert Lpips(tmp_path / "weights.pth").measure(*pictures) == pytest.approx(expected, rel=1e-5)
 
 
 def test_the_variant_names_network_range_and_weights(lpips, weights, tmp_path):
