@@ -57,6 +57,17 @@ def test_a_large_gaussian_with_a_large_gradient_is_split_into_two_smaller_ones()
     assert torch.allclose(densified.log_scales[1:], torch.full((2, 3), math.log(0.5 / 1.6)))
 
 
+def test_of_two_gaussians_with_large_gradients_only_the_larger_is_split():
+    attributes = _make_attributes([0.01, 0.01])
+    attributes.log_scales[1, 2] = math.log(0.5)  # large along one axis
+
+    densified = _densify(attributes, [1.0, 1.0])
+
+    assert densified.means[:2].tolist() == [[0, 1, 2], [0, 1, 2]]
+    assert torch.allclose(densified.log_scales[:2], torch.tensor(math.log(0.01)))
+    assert torch.allclose(densified.log_scales[2:, 2], torch.tensor(math.log(0.5 / 1.6)))
+
+
 def test_with_a_scale_threshold_of_0_every_gaussian_is_split():
     densified = _densify(_make_attributes([0.01, 0.01]), [1.0, 1.0], scale_threshold=0.0)
 
