@@ -57,9 +57,9 @@ def convert_in_subprocess(data: bytes, source_format: str, target_format: str) -
     except subprocess.TimeoutExpired as error:
         message = f"gaussforge did not read the file within {_TIMEOUT_SECONDS} seconds"
         raise ExportError(message) from error
-    if completed.returncode:
+    if completed.returncode or not completed.stdout:  # damaged files become empty ones
         lines = completed.stderr.decode(errors="replace").strip().splitlines()
-        cause = lines[-1] if lines else f"exit code {completed.returncode}"
+        cause = lines[-1] if lines else f"no data, and exit code {completed.returncode}"
         message = f"gaussforge cannot read the file: {cause}"
         raise ExportError(message)
     return completed.stdout

@@ -142,6 +142,17 @@ def test_spz_is_read_by_a_package_outside_the_environment(tmp_path, monkeypatch)
     assert convert_in_subprocess(b"spz", "spz", "ply") == b"spz"
 
 
+@pytest.mark.parametrize("share", [0.5, 0.99])
+def test_a_truncated_spz_is_reported_as_such(share, clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    write_folder(tmp_path / "in", clip, frames[:1], "spz")
+    path = tmp_path / "in" / "f0.spz"
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+
+    with pytest.raises(UnreadableFramesError, match=r"f0\.spz: gaussforge cannot read the file: "):
+        list(open_frames(tmp_path / "in").read())
+
+
 def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
     clip, frames = clip_and_frames
     opacities = frames[0].splats.opacities.copy()
