@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from quarc_ref.datasets.camera_geometry import rotation_matrix
 from quarc_ref.export.clip import Clip, Frame
@@ -56,6 +58,7 @@ def test_a_folder_of_ply_is_read_in_numeric_order(clip_and_frames, tmp_path):
 
     assert imported.count == 12
     assert imported.frames_per_second is None
+    assert (imported.sidecar.up_axis, imported.sidecar.meters_per_unit) == (0, 0)  # unknown
     for number, splats in enumerate(imported_splats):
         assert np.array_equal(splats.positions, frames[number % 4].splats.positions)
         assert np.array_equal(splats.sh, frames[number % 4].splats.sh)
@@ -211,6 +214,22 @@ def test_an_invalid_4dgs_is_named(data, tmp_path):
 
     with pytest.raises(UnreadableFramesError, match=r"a[.]4dgs"):
         open_frames(tmp_path / "a.4dgs")
+
+
+@given(
+    up_axis=st.integers(0, 6),
+    right_handed=st.booleans(),
+    meters_per_unit=st.floats(0, 1e3, width=32),
+)
+def test_a_sidecar_has_the_axes_and_the_scale_of_the_header(up_axis, right_handed, meters_per_unit):
+    header = StreamHeader(
+        up_axis=up_axis, right_handed=right_handed, meters_per_unit=meters_per_unit
+    )
+
+    sidecar = parse_sidecar(build_sidecar(Clip(header), "", 0))
+
+    assert (sidecar.up_axis, sidecar.right_handed) == (up_axis, right_handed)
+    assert sidecar.meters_per_unit == meters_per_unit
 
 
 @pytest.mark.parametrize(
