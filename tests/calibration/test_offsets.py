@@ -18,8 +18,11 @@ def ignore_progress(_done, _total):
     """Ignore progress."""
 
 
-def write_with_sound(path, offset, sound, frames=90):
-    """Write a static video, whose sound starts at `offset` frames of the given sound."""
+def write_with_sound(path, offset, sound, frames=90, first_time=0, silent_frames=0):
+    """Write a static video, whose sound starts at `offset` frames of the given sound.
+
+    The time stamps start at `first_time`, and those of sound `silent_frames` later, in frames.
+    """
     with av.open(str(path), "w") as container:
         video = container.add_stream("libx264", Fraction(30))
         video.width, video.height, video.pix_fmt = 32, 32, "yuv420p"
@@ -27,17 +30,18 @@ def write_with_sound(path, offset, sound, frames=90):
         audio.layout = "mono"
         for index in range(frames):
             frame = av.VideoFrame.from_ndarray(np.full((32, 32, 3), 99, np.uint8), "rgb24")
-            frame.pts, frame.time_base = index, Fraction(1, 30)
+            frame.pts, frame.time_base = first_time + index, Fraction(1, 30)
             container.mux(video.encode(frame))
-        first_sample = offset * SAMPLE_RATE // 30
-        recorded_sound = sound[first_sample : first_sample + frames * SAMPLE_RATE // 30]
+        first_sample = (offset + silent_frames) * SAMPLE_RATE // 30
+        recorded_sound = sound[first_sample : (offset + frames) * SAMPLE_RATE // 30]
+        first_pts = (first_time + silent_frames) * SAMPLE_RATE // 30
         for block_start in range(0, len(recorded_sound), 1024):
             block = av.AudioFrame.from_ndarray(
                 recorded_sound[None, block_start : block_start + 1024], "fltp", "mono"
             )
             block.sample_rate, block.pts, block.time_base = (
                 SAMPLE_RATE,
-                block_start,
+                first_pts + block_start,
                 Fraction(1, SAMPLE_RATE),
             )
             container.mux(audio.encode(block))
@@ -68,6 +72,19 @@ def test_planted_offsets_are_found_by_sound(tmp_path):
     assert estimated.unreliable_cameras == []
     assert max_error(list(estimated.frame_offsets.values())) < 0.5
     assert motions == {}
+
+
+def test_sound_may_begin_later_than_the_pictures_and_both_later_than_the_container(tmp_path):
+    sound = make_sound()
+    for index, offset in enumerate(TRUE_DELAYS):
+        write_with_sound(
+            tmp_path / f"cam{index}.mp4", offset, sound,
+            first_time=9 * (index % 2), silent_frames=10 * (index % 3),
+        )  # fmt: skip
+
+    estimated, _ = find_offsets(find_recordings(tmp_path), SyncMethod.SOUND, ignore_progress)
+
+    assert max_error(list(estimated.frame_offsets.values())) < 0.5
 
 
 def test_a_stated_frame_rate_does_not_change_offsets_that_are_found_by_sound(tmp_path):
