@@ -11,6 +11,7 @@ from quarc_ref.decoder.reconstruct import begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.motion import fit_motion
+from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.settings.frames import MotionSettings
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.quantize import quantize_gaussians
@@ -101,14 +102,34 @@ def test_the_learning_rate_of_translations_is_in_world_units_or_in_position_step
     assert np.abs(rows[0]).sum() == pytest.approx(np.abs(rows[1]).sum(), rel=0.2)
 
 
-def test_a_higher_lambda_gives_fewer_symbols():
+@pytest.mark.parametrize(
+    ("rate_model", "weights"), [("group_log", (0.0, 2e-3, 1.0)), ("l1", (0.0, 0.1, 10.0))]
+)
+def test_a_higher_lambda_gives_fewer_symbols(rate_model, weights):
     context, state = make_context(), _make_state()
+    settings = replace(_MOTION, rate_model=rate_model)
 
     counts = [
-        np.count_nonzero(_fit(context, state, replace(_MOTION, rd_lambda=weight)))
-        for weight in (0.0, 2e-3, 1.0)
+        np.count_nonzero(_fit(context, state, replace(settings, rd_lambda=weight)))
+        for weight in weights
     ]
     assert counts[0] > counts[1] > counts[2]
+
+
+@pytest.mark.parametrize(("rate_model", "is_relative"), [("l1", False), ("group_log", True)])
+def test_only_the_rate_weight_of_the_paper_does_not_depend_on_the_loss_of_frame_0(
+    rate_model, is_relative
+):
+    context, state = make_context(), _make_state()
+    start = FrameStart(state, begin_frame(state, 0), 0)
+    settings = replace(_MOTION, rate_model=rate_model, rd_lambda=0.1, iterations=4)
+
+    symbols = [
+        np.concatenate(fit_motion(context, start, settings, rd=rd).symbols, axis=1)
+        for rd in (RateDistortion(1.0, 1.0), RateDistortion(1.0, 0.001))
+    ]
+
+    assert np.array_equal(*symbols) != is_relative
 
 
 def test_residuals_are_the_symbols_unless_rounding_is_off():
