@@ -81,7 +81,7 @@ def define_world(
     forward = cameras[0].pose.rotation[2]
     forward = forward - (forward @ up_direction) * up_direction
     if np.linalg.norm(forward) < _PARALLEL_LIMIT:  # the camera looks straight up or down
-        forward = np.cross(cameras[0].pose.rotation[0], up_direction)
+        forward = np.cross(up_direction, cameras[0].pose.rotation[0])
     forward /= np.linalg.norm(forward)
     rotation = np.stack([np.cross(-up_direction, forward), -up_direction, forward])
     origin = _find_look_at_point(cameras, points)

@@ -57,6 +57,19 @@ def test_parallel_cameras_give_their_mean_up_axis():
     assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999
 
 
+@pytest.mark.parametrize("pitch", [-90, -89.99, -30, 0, 30, 89.99, 90])
+def test_the_first_camera_looks_along_z_with_x_on_its_right_side(pitch):
+    angle = np.radians(pitch)
+    forward = np.array([0, np.sin(angle), np.cos(angle)])
+    down = (0.0, np.cos(angle), -np.sin(angle))
+    first = look_at("first", -4 * forward, up=-np.array(down))
+
+    world = define_world(transform_rig([first, *make_ring(height=0.0)]), POINTS, "cam01")
+
+    expected = [[1, 0, 0], down, forward]
+    assert world.cameras[0].pose.rotation == pytest.approx(np.array(expected), abs=1e-6)
+
+
 def test_a_rig_that_fills_space_has_no_plane():
     cameras = [
         look_at(f"cam{index}", position)
