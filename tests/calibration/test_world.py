@@ -8,10 +8,11 @@ from tests.calibration.rigs import center, look_at, make_ring, measure_pose_erro
 POINTS = np.zeros((5, 3))
 _, _, ROTATION = np.linalg.svd(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))
 ROTATION = ROTATION * np.linalg.det(ROTATION)
+SHIFT = np.array([4.0, -2, 7])
 
 
 def transform_rig(cameras):
-    return [transform_camera(camera, ROTATION, np.array([4.0, -2, 7]), 0.3) for camera in cameras]
+    return [transform_camera(camera, ROTATION, SHIFT, 0.3) for camera in cameras]
 
 
 @pytest.mark.parametrize(("up", "height"), [("level", 0.5), ("plane", 0.5), ("cam03", 0.0)])
@@ -50,11 +51,22 @@ def test_a_known_distance_makes_a_unit_a_meter():
 def test_parallel_cameras_give_their_mean_up_axis():
     cameras = [look_at(f"cam{i}", (i, 0.0, 0.0), (i, 0.0, 9.0)) for i in range(4)]
 
-    points = 0.3 * np.array([[1.5, 0, 5.0]]) @ ROTATION.T + np.array([4, -2, 7])
+    points = 0.3 * np.array([[1.5, 0, 5.0]]) @ ROTATION.T + SHIFT
     world = define_world(transform_rig(cameras), points)
 
     assert "mean" in world.up_source
     assert min(camera.pose.rotation[1, 1] for camera in world.cameras) > 0.999
+    for i, camera in enumerate(world.cameras):  # the origin is the median point
+        directions = camera.pose.translation / camera.pose.translation[2]
+        assert directions == pytest.approx([(1.5 - i) / 5, 0, 1], abs=1e-6)
+
+
+def test_the_origin_of_cameras_that_look_apart_is_the_median_point():
+    cameras = [look_at(f"cam{i}", (i - 1.5, 0.0, 0.0), (2 * i - 3, 0.0, 9.0)) for i in range(4)]
+
+    world = define_world(transform_rig(cameras), 0.3 * np.array([[0, 0, 6]]) @ ROTATION.T + SHIFT)
+
+    assert all(camera.pose.translation[2] > 0 for camera in world.cameras)
 
 
 @pytest.mark.parametrize("pitch", [-90, -89.99, -30, 0, 30, 89.99, 90])
@@ -70,9 +82,10 @@ def test_the_first_camera_looks_along_z_with_x_on_its_right_side(pitch):
     assert world.cameras[0].pose.rotation == pytest.approx(np.array(expected), abs=1e-6)
 
 
-def test_a_rig_that_fills_space_has_no_plane():
+@pytest.mark.parametrize("length", [1, 20])
+def test_a_rig_that_fills_space_has_no_plane(length):
     cameras = [
-        look_at(f"cam{index}", position)
+        look_at(f"cam{index}", position * (1, 1, length))
         for index, position in enumerate(np.vstack([np.eye(3), -np.eye(3)]) + 0.1)
     ]
 
