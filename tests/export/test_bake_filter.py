@@ -19,7 +19,8 @@ def splats():
 
 def test_variances_grow_by_the_filter_of_the_camera_with_the_largest_picture(splats):
     far_camera = replace(CAMERA, translation=(0, 0, 5))
-    baked = bake_filter(splats, [far_camera, CAMERA])
+    near_camera = replace(CAMERA, fx=62.5, fy=40.0)  # whose geometric mean is 50
+    baked = bake_filter(splats, [far_camera, near_camera])
 
     depths = splats.positions[:, 2] + 2
     expected = np.exp(2 * -6.0) + 0.3 * (depths / 50) ** 2

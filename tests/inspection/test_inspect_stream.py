@@ -83,7 +83,10 @@ def test_a_stream_of_one_frame_has_no_rate_for_later_frames():
     data, _ = make_stream(frame_count=1)
     summary = inspect_stream(data)
 
-    assert summary.kilobytes_per_frame()["without_canonical"] == 0
+    assert summary.kilobytes_per_frame() == {
+        "without_canonical": 0,
+        "with_canonical": len(data) / 1024,
+    }
     assert summary.anchor_count == 0
 
 
