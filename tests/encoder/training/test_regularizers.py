@@ -26,8 +26,14 @@ def _measure_code_rate(**changes: torch.Tensor) -> float:
 
 def test_the_haze_penalty_is_the_mean_opacity_and_the_mean_scale():
     settings = CanonicalSettings(opacity_reg=2.0, scale_reg=3.0)
+    uneven = replace(
+        _BLANK,
+        opacities=torch.logit(torch.tensor([0.5, 0.9])),
+        log_scales=torch.log(torch.tensor([[1.0, 2, 3], [4, 5, 9]])),
+    )
 
     assert float(opacity_scale_penalty(_BLANK, settings)) == pytest.approx(2 * 0.5 + 3 * 1.0)
+    assert float(opacity_scale_penalty(uneven, settings)) == pytest.approx(2 * 0.7 + 3 * 4.0)
 
 
 def test_the_haze_penalty_is_zero_without_a_weight():
