@@ -221,7 +221,7 @@ def test_attributes_without_codes_are_an_error(name, value, context, attributes)
 
 @pytest.mark.parametrize(
     ("quantize_from", "quantize_rd_lambda", "expected"),
-    [(0.8, 0.1, [90]), (0.8, 0.0, []), (1.0, 0.1, []), (0.0, 0.1, [50])],
+    [(0.8, 0.1, [90]), (0.8, 0.0, []), (0.99, 0.1, []), (1.0, 0.1, []), (0.0, 0.1, [50])],
 )
 def test_codes_are_chosen_once_halfway_through_fine_tuning(
     quantize_from, quantize_rd_lambda, expected

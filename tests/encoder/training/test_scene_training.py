@@ -1,0 +1,48 @@
+"""Single iterations of the training of frame 0."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+
+from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
+from quarc_ref.encoder.training.context import Observers
+from quarc_ref.encoder.training.regularizers import code_rate_nats
+from quarc_ref.encoder.training.scene_training import SceneTraining
+from tests.encoder.toys import SMALL, make_capture, make_context
+
+
+def test_the_rate_of_the_codes_has_twice_its_weight_in_the_iterations_that_use_it():
+    losses = []
+    recorder = SimpleNamespace(step=lambda step: losses.append(step.loss()))
+    context = replace(make_context(), observers=Observers(monitor=recorder))
+    for weight in (0.0, 0.01):
+        settings = replace(SMALL.canonical, code_rd_lambda=weight)
+        objective = CanonicalObjective(settings, SMALL.stream, rd_lambda=0.5)
+        training = SceneTraining(context, make_capture().points, objective, 0)
+        nats = float(code_rate_nats(training.attributes, SMALL.stream, has_sh_rest=False))
+        training.take_step()
+
+    assert losses[1] == pytest.approx(losses[0] * (1 + 2 * 0.5 * 0.01 * nats), rel=1e-5)
+
+
+def _measure_noise(step, **settings):
+    """The deviation of rendered positions in an iteration, in world units and relative to scales.
+
+    The Gaussians are those of the initial points.
+    """
+    objective = CanonicalObjective(replace(SMALL.canonical, **settings), SMALL.stream)
+    training = SceneTraining(make_context(), make_capture().points, objective, 0)
+    training.step = step
+    initial = training.attributes
+    noise = training._attributes_to_render().means.detach() - initial.means
+    return float(noise.std()), float((noise / initial.log_scales.exp()).std())
+
+
+@pytest.mark.parametrize(("step", "share"), [(0, 1.0), (60, 0.25)])
+def test_noise_has_its_deviation_and_that_along_the_axes_decreases(step, share):
+    deviation, _ = _measure_noise(step, position_noise=0.03)
+    assert deviation == pytest.approx(0.03, rel=0.15)
+
+    _, relative_deviation = _measure_noise(step, axis_noise=0.2, quantize_from=0.8)
+    assert relative_deviation == pytest.approx(0.2 * share, rel=0.15)
