@@ -189,6 +189,7 @@ def test_codes_of_training_take_fewer_bytes_and_give_similar_pictures(context, a
         _distance(context, before, each.quantized(_HEADER)) for each in (before, after)
     )
     assert choice < 2 * rounding
+    assert (after.sh_dc != before.sh_dc).any()
     for name in ("means", "opacities", "sh_rest"):
         torch.testing.assert_close(getattr(after, name), getattr(before, name), rtol=0, atol=0)
     assert trainer.state()["means.exp_avg_sq"] is second_moments
