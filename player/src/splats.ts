@@ -15,15 +15,15 @@ export class Splats {
   /** All used slots are below this number. An unused slot has opacity 0. */
   slotLimit = 0;
   /** [N, 3] xyz, world units. When the number of slots grows, all arrays are replaced. */
-  positions = new Float32Array(0);
+  positions: Float32Array = new Float32Array(0);
   /** [N, 4] xyzw, unit quaternions. */
-  rotations = new Float32Array(0);
+  rotations: Float32Array = new Float32Array(0);
   /** [N, 3] standard deviations along the axes of the Gaussian, world units. */
-  scales = new Float32Array(0);
+  scales: Float32Array = new Float32Array(0);
   /** [N, 3] red, green and blue in sRGB, at least 0. */
-  colors = new Float32Array(0);
+  colors: Float32Array = new Float32Array(0);
   /** [N] opacities, from 0 to 0.99. */
-  opacities = new Float32Array(0);
+  opacities: Float32Array = new Float32Array(0);
   readonly #info: StreamInfo;
   #changedFlags = new Uint8Array(0);
 
@@ -89,7 +89,7 @@ export class Splats {
     const capacity = this.opacities.length;
     if (count <= capacity) return;
     const newCapacity = Math.max(count, Math.ceil(1.5 * capacity));
-    const grow = (values: Float32Array, width: number): Float32Array<ArrayBuffer> => {
+    const grow = (values: Float32Array, width: number): Float32Array => {
       const larger = new Float32Array(width * newCapacity);
       larger.set(values);
       return larger;

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath } from "node:url";
@@ -60,6 +60,11 @@ test("another project can install and use the package", () => {
     writeFileSync(join(project, "typed.ts"), TYPESCRIPT_PROGRAM);
     const options = ["--noEmit", "--strict", "--target", "es2022", "--module", "esnext", "--moduleResolution", "bundler"];
     runCommand(process.execPath, join(PLAYER_FOLDER, "node_modules/typescript/bin/tsc"), ...options, "--lib", "es2022,dom,dom.iterable", "typed.ts");
+    const typesFolder = join(project, "node_modules/quarc-player/dist/types");
+    for (const name of readdirSync(typesFolder, { recursive: true, encoding: "utf8" })) {
+      const types = name.endsWith(".ts") ? readFileSync(join(typesFolder, name), "utf8") : "";
+      assert.doesNotMatch(types, /Array<Array/, `${name}: before version 5.7 of TypeScript, typed arrays have no type parameter`);
+    }
   } finally {
     rmSync(project, { recursive: true, force: true });
   }
