@@ -110,6 +110,30 @@ browserTest("bytes that were opened before are an error, after which the open st
   assert.deepEqual(results, ["DataCloneError", false, 5]);
 });
 
+browserTest("an element that is given bytes for the second time keeps its stream, and can be moved", async () => {
+  await using page = await PlayerPage.open({ attributes: 'poster="data:image/gif;base64,R0lGODlhAQABAAAAACw="' });
+  await page.waitUntil((player) => player.frame === 0);
+  const results = await page.run(async (player) => {
+    const bytes = await (await fetch("stream.quarc")).arrayBuffer();
+    structuredClone(bytes, { transfer: [bytes] });
+    player.lookThrough("side");
+    let error = null;
+    try {
+      player.open({ bytes });
+    } catch (thrown) {
+      error = (thrown as Error).name;
+    }
+    const poster = player.shadowRoot?.querySelector<HTMLElement>(".poster");
+    const states = [error, poster?.hidden, player.player?.camera, await player.setFrame(5)];
+    const shown = new Promise<number>((resolve) => {
+      player.addEventListener("frame", ({ detail }) => resolve(detail.frame), { once: true });
+    });
+    document.body.append(player); // opens its src
+    return [...states, await shown];
+  });
+  assert.deepEqual(results, ["DataCloneError", true, "side", 5, 0]);
+});
+
 browserTest("programs can open relative addresses, like the attribute src", async () => {
   await using page = await PlayerPage.open({ attributes: null });
   const frames = await page.page.evaluate(async () => {

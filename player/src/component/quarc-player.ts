@@ -146,10 +146,10 @@ export class QuarcPlayer extends HTMLElement {
     const isLive = this.hasAttribute("live");
     const source = this.#source ?? (url === null ? null : { url, isLive });
     if (session === null || source === null) return;
-    session.player.camera = this.getAttribute("camera");
+    if ("bytes" in source) this.#source = null; // the worker receives the bytes, so they cannot be opened again
     const frame = Number.parseInt(this.getAttribute("frame") ?? "", 10);
     session.open(source, this.getAttribute("poster"), Number.isFinite(frame) ? frame : null);
-    if ("bytes" in source) this.#source = null; // the worker has the bytes now, so they cannot be opened again
+    session.player.camera = this.getAttribute("camera");
     if (this.hasAttribute("autoplay")) session.player.play();
   }
 

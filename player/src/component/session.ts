@@ -54,6 +54,8 @@ export class Session {
 
   /** Open a stream at a frame; `poster` is the address of a picture to show until the frame is shown. */
   open(source: StreamSource, poster: string | null = null, frame: number | null = null): void {
+    // First: if it throws, the stream that is open stays. The error event shows other errors.
+    void this.player.open(source, { frame }).catch(() => undefined);
     // Bytes are transferred to the worker, so only an address can be opened again.
     this.#source = "url" in source ? source : null;
     this.#startFrame = frame;
@@ -61,7 +63,6 @@ export class Session {
     this.layout.faultPanel.hidden = true;
     this.layout.poster.hidden = poster === null;
     if (poster !== null) this.layout.poster.src = poster;
-    void this.player.open(source, { frame }).catch(() => undefined); // the error event shows the error
     this.#showLoading(0, null);
   }
 
