@@ -31,6 +31,16 @@ for (const name of STREAMS) {
   });
 }
 
+test("frames begin at the first ordinal that is not less than `from`, which may be past the end", async () => {
+  const stream = readVector("streams/journey");
+  const readFrom = async (from: number): Promise<number[]> =>
+    (await readSource(makeMemorySource(stream), from)).map(({ frame }) => frame);
+  assert.deepEqual(await readFrom(-5), [0, 1, 2, 3, 4, 5, 6, 7, 8]);
+  assert.deepEqual(await readFrom(6.5), [7, 8]);
+  for (const from of [9, 2 ** 32, 2 ** 32 + 3, Infinity]) assert.deepEqual(await readFrom(from), [], `from ${from}`);
+  await assert.rejects(readFrom(NaN), RangeError);
+});
+
 test("packets list the slots of births", async () => {
   const stream = readVector("streams/births-and-deaths");
   const ids = await mapStates(stream, (state) => new Set(state.ids));

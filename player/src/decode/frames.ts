@@ -3,8 +3,10 @@
 import type { DecodeReply, DecodeRequest, FramePacket, StreamInfo, StreamSource } from "../protocol.js";
 import { StreamError } from "../stream-error.js";
 
+const MAX_ORDINAL = 2 ** 32 - 1; // the decoder takes ordinals modulo 2^32
+
 export interface FramesOptions {
-  /** Ordinal of the first frame to generate; 0 by default. */
+  /** Ordinal of the first frame to generate; 0 by default. If the stream ends before, no frame is generated. */
   readonly from?: number;
   /** Called once with the description of the stream, before the first frame. */
   readonly onInfo?: (info: StreamInfo) => void;
@@ -22,7 +24,7 @@ export interface DecodeChannel {
  * first packet contains all Gaussians.
  *
  * Up to `framesAhead` frames are decoded before they are requested. Throws StreamError after the last frame before the
- * error, and the reason of `signal` after it is aborted.
+ * error, the reason of `signal` after it is aborted, and RangeError if `from` is NaN.
  */
 export async function* generateFrames(
   connect: (onReply: (reply: DecodeReply) => void) => DecodeChannel,
@@ -30,6 +32,7 @@ export async function* generateFrames(
   { from: firstFrame = 0, onInfo, signal }: FramesOptions,
   framesAhead: number,
 ): AsyncGenerator<FramePacket, void, void> {
+  if (Number.isNaN(firstFrame)) throw new RangeError("NaN is not a frame");
   let [run, isInfoReported] = [0, false];
   const replies: DecodeReply[] = [];
   let wakeUp = (): void => undefined;
@@ -60,7 +63,7 @@ export async function* generateFrames(
     allowFrames(1 + (firstFrame === 0 ? framesAhead : 0));
     let packet = await nextPacket();
     if (firstFrame > (packet?.frame ?? Infinity)) {
-      channel.handle({ kind: "seek", frame: firstFrame, run: ++run });
+      channel.handle({ kind: "seek", frame: Math.min(Math.ceil(firstFrame), MAX_ORDINAL), run: ++run });
       allowFrames(1 + framesAhead);
       packet = await nextPacket();
     }
