@@ -38,6 +38,14 @@ test("after a connection breaks, the missing bytes are requested", async (contex
   }
 });
 
+test("the reason for which a server cannot be reached is part of the error", async (context) => {
+  shortenPauses(context);
+  const server = await StreamServer.start(new Uint8Array(0));
+  const { url } = server;
+  await server[Symbol.asyncDispose]();
+  await assert.rejects(readSource({ url }), /fetch failed: connect ECONNREFUSED/);
+});
+
 test("a connection that stalls counts as broken", async (context) => {
   shortenPauses(context);
   const stream = readVector("streams/journey");

@@ -55,7 +55,7 @@ export class HttpSource {
       } catch (error) {
         if (signal.aborted || error instanceof NetworkError) throw error;
         const maxRetries = this.isLive && this.size !== null ? MAX_LIVE_RETRIES : MAX_RETRIES;
-        if (++failures > maxRetries) this.#fail(String(error));
+        if (++failures > maxRetries) this.#fail(describeFailure(error));
         await sleep(Math.min(MAX_RETRY_PAUSE_MS, RETRY_PAUSE_MS * 2 ** failures), signal);
       }
     }
@@ -138,6 +138,12 @@ export class HttpSource {
     const name = this.#url.startsWith("data:") ? "the stream in the page" : this.#url;
     throw new NetworkError(`${name}: ${message}`);
   }
+}
+
+/** Describe why a request has failed, which Node tells only in the error's cause. */
+function describeFailure(error: unknown): string {
+  const { cause } = error as { cause?: { message: string; code?: string } };
+  return cause === undefined ? String(error) : `${String(error)}: ${cause.message || cause.code}`;
 }
 
 function isAddress(url: string): boolean {
