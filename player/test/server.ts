@@ -4,6 +4,7 @@ import { readFileSync } from "node:fs";
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from "node:http";
 import type { AddressInfo } from "node:net";
 import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
 
 const PLAYER_FOLDER = fileURLToPath(new URL("../", import.meta.url));
 const CONFORMANCE_FOLDER = new URL("../../conformance/", import.meta.url);
@@ -33,6 +34,8 @@ export interface ServerOptions {
   readonly status?: number | null;
   /** Whether pages of other origins may request the stream. */
   readonly allowsOrigins?: boolean;
+  /** Whether the server sends the whole stream, compressed with gzip, to clients that do not accept it. */
+  readonly compresses?: boolean;
   /** Maximum transfer rate of the stream. */
   readonly bitsPerSecond?: number;
   /** Offset in the stream from which no bytes are sent until the test changes this option. */
@@ -128,6 +131,10 @@ export class StreamServer {
     for (const [name, value] of Object.entries(this.#options.headers ?? {})) response.setHeader(name, value);
     if (status !== null) {
       response.writeHead(status).end();
+      return;
+    }
+    if (this.#options.compresses === true) {
+      response.writeHead(200, { "Content-Encoding": "gzip" }).end(gzipSync(this.#stream));
       return;
     }
     const isPartial = supportsRanges && rangeMatch !== null;

@@ -34,6 +34,15 @@ browserTest("without range requests, a seek to a frame that has arrived does not
   for (const frame of [9, 3]) await page.setFrame(frame);
 });
 
+browserTest("a stream is shown from a server that compresses it, although browsers reject that in answers to range requests", async () => {
+  await using page = await PlayerPage.open({ compresses: true, expectedErrors: /ERR_CONTENT_DECODING_FAILED/ });
+  for (const frame of [20, 2]) {
+    await page.waitUntil((player) => player.frame !== null);
+    await page.setFrame(frame);
+  }
+  assert.equal(page.server.requests.at(-1), "");
+});
+
 browserTest("a missing stream is reported, and can be retried", async () => {
   await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });
   await page.page.locator("quarc-player .fault h2").waitFor();

@@ -44,7 +44,9 @@ export class HttpSource {
     for (let failures = 0; ; ) {
       try {
         const firstOffset = nextOffset;
-        for await (const piece of this.#readResponse(nextOffset, signal)) {
+        // Browsers reject compressed answers to range requests, which some servers send nevertheless.
+        const isRange = this.hasRanges || failures < MAX_RETRIES;
+        for await (const piece of this.#readResponse(nextOffset, isRange, signal)) {
           nextOffset = piece.offset + piece.bytes.length;
           failures = 0;
           yield piece;
@@ -62,8 +64,8 @@ export class HttpSource {
   }
 
   /** Send a request, and read the bytes of its response from an offset onwards. */
-  async *#readResponse(requestedOffset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
-    const headers = { ...this.#headers, Range: `bytes=${requestedOffset}-` };
+  async *#readResponse(requestedOffset: number, isRange: boolean, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
+    const headers = { ...this.#headers, ...(isRange && { Range: `bytes=${requestedOffset}-` }) };
     const cache = this.isLive ? "no-store" : "no-cache";
     const request = new AbortController();
     const abort = (): void => request.abort(signal.reason);
