@@ -158,9 +158,13 @@ export class Player extends PlayerState {
     return isAtCamera ? (cameras[cameraIndex]?.name ?? null) : null;
   }
 
-  /** Select a camera by name. An unknown name changes nothing; null returns to the last selected camera. */
+  /**
+   * Select a camera by name; while a stream is being opened, for its first picture. An unknown name changes nothing; null
+   * returns to the last selected camera.
+   */
   set camera(name: string | null) {
     this.#requestedCamera = name;
+    if (this.info === null) return; // the picture of the previous stream stays as it is
     const { cameras, cameraIndex } = this.#viewer;
     this.#viewer.lookThrough(name === null ? cameraIndex : cameras.findIndex((camera) => camera.name === name));
     this.#headset.placeAgain();

@@ -234,6 +234,25 @@ browserTest("the picture stays while another stream is loading, even if the page
   await page.waitUntil((player) => player.frame === 15);
 });
 
+browserTest("a view that has been moved stays until the next stream is shown from its camera", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const heldFrom = readRoom().length >> 3; // no preview yet
+  page.server.setOptions({ heldFrom });
+  const cameras = await page.run(async (player) => {
+    player.flip();
+    player.setAttribute("src", "stream.quarc");
+    player.setAttribute("camera", "side");
+    let moves = 0;
+    player.addEventListener("view", () => (moves += 1), { once: true });
+    await new Promise((resolve) => setTimeout(resolve, 200));
+    return [moves, player.player?.camera];
+  });
+  assert.deepEqual(cameras, [0, null]);
+  page.server.setOptions({ heldFrom: Infinity });
+  await page.waitUntil(({ player }) => player?.frame === 0 && player.camera === "side");
+});
+
 browserTest("without WebGL2, an error is shown, and neither a worker nor a listener is left", async () => {
   await using page = await PlayerPage.open({ attributes: null });
   const counts = await page.page.evaluate(() => {
