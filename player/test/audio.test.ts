@@ -105,6 +105,11 @@ browserTest("a button and a key mute the audio; without audio, there is no butto
   await page.run((player) => player.removeAttribute("audio"));
   await button.waitFor({ state: "hidden" });
   assert.equal(await page.run(({ player }) => player?.audioState), "none");
+  const state = await page.run((player) => {
+    player.setAttribute("audio", "");
+    return [player.player?.audio, player.player?.audioState];
+  });
+  assert.deepEqual(state, [null, "none"]);
 });
 
 browserTest("if the browser refuses to play, pictures go on, and the mute button starts the sound", async () => {

@@ -50,7 +50,7 @@ export class QuarcPlayer extends HTMLElement {
     else if (name === "loop") player.loop = this.hasAttribute("loop");
     else if (name === "speed") player.speed = parseSpeed(this.getAttribute("speed"));
     else if (name === "up") player.up = AXES.find((axis) => axis === this.getAttribute("up")) ?? null;
-    else if (name === "audio") player.audio = this.getAttribute("audio");
+    else if (name === "audio") player.audio = this.getAttribute("audio") || null; // like `src`
     else if (name === "audio-start") player.audioStart = Number(this.getAttribute("audio-start")) || 0;
     else if (name === "muted") player.muted = this.hasAttribute("muted");
     else if (name === "camera") player.camera = this.getAttribute("camera");
