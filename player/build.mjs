@@ -5,7 +5,7 @@
  * Importing `worker:NAME` gives the code of src/NAME.ts as text; importing `wasm:quarc` gives the compressed decoder.
  */
 
-import { existsSync, readFileSync, rmSync } from "node:fs";
+import { copyFileSync, existsSync, readFileSync, rmSync } from "node:fs";
 import { fileURLToPath } from "node:url";
 import { gzipSync } from "node:zlib";
 import { build } from "esbuild";
@@ -64,6 +64,7 @@ if (process.argv.includes("--test")) {
     ...{ ...SHARED_OPTIONS, plugins, format: "esm", outdir: resolvePath("dist") },
     entryPoints: { "quarc-player": resolvePath("src/index.ts"), "quarc-decode": resolvePath("src/decode/index.ts") },
   });
+  copyFileSync(resolvePath("../LICENSE"), resolvePath("dist/LICENSE")); // which every copy of the package must contain
   for (const name of ["quarc-player", "quarc-decode"]) {
     const gzippedBytes = gzipSync(readFileSync(resolvePath(`dist/${name}.js`)), { level: 9 }).length;
     console.log(`dist/${name}.js: ${gzippedBytes} bytes gzipped`);

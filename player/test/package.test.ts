@@ -53,6 +53,8 @@ test("another project can install and use the package", () => {
     const [packResult] = JSON.parse(
       execFileSync("npm", ["pack", "--json", "--pack-destination", project], { cwd: PLAYER_FOLDER, encoding: "utf8" }),
     );
+    const packedPaths = packResult.files.map(({ path }: { path: string }) => path);
+    assert.ok(packedPaths.includes("dist/LICENSE"), `${packedPaths}`);
     writeFileSync(join(project, "package.json"), '{ "type": "module" }');
     runCommand("npm", "install", "--offline", "--no-audit", "--no-fund", "--ignore-scripts", `./${packResult.filename}`);
     writeFileSync(join(project, "program.mjs"), JAVASCRIPT_PROGRAM);
