@@ -41,7 +41,7 @@ export class Playback {
   constructor(decoder: Worker, screen: Screen, events: PlaybackEvents) {
     this.#screen = screen;
     this.#events = events;
-    this.#link = new DecodeLink(decoder, (reply) => this.#handleReply(reply), (fault) => events.onError(fault));
+    this.#link = new DecodeLink(decoder, (reply) => this.#handleReply(reply), (fault) => this.#handleFault(fault));
   }
 
   /** The range of frames of the stream, as far as it is known. */

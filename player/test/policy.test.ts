@@ -15,7 +15,7 @@ browserTest("a Content-Security-Policy that forbids the decoder is named in the 
   ] as const) {
     const html = `<!doctype html><meta http-equiv="Content-Security-Policy" content="${policy}">`;
     await using page = await PlayerPage.open({ files: { "/": html }, expectedErrors: /Content Security Policy/ });
-    const faults = await page.page.evaluate(async () => {
+    const { faults, isWaiting } = await page.page.evaluate(async () => {
       const { Player, readFrames } = await import(`${location.origin}/quarc-player.js`);
       const source = { url: "stream.quarc" };
       const player = new Player(document.body.appendChild(document.createElement("canvas")));
@@ -25,12 +25,14 @@ browserTest("a Content-Security-Policy that forbids the decoder is named in the 
         });
       });
       player.open(source);
-      return [await failed, await readFrames(source).next().catch(({ fault }: StreamError) => fault)];
+      const faults = [await failed, await readFrames(source).next().catch(({ fault }: StreamError) => fault)];
+      return { faults, isWaiting: player.isWaiting };
     });
     for (const fault of faults) {
       assert.equal(fault.kind, "limit");
       assert.match(fault.message, message);
     }
+    assert.equal(isWaiting, false);
   }
 });
 
