@@ -236,7 +236,8 @@ export class Player extends PlayerState {
 
   /** Begin a seek or step; resolves to the ordinal of the frame that it shows, or to null if no stream is open. */
   #seek(target: number, begin: () => void): Promise<number | null> {
-    if (Number.isNaN(target)) return Promise.reject(new RangeError("NaN is not a frame"));
+    // Not Number.isNaN: in JavaScript, it may also be undefined, or a text that is not a number.
+    if (isNaN(target)) return Promise.reject(new RangeError(`${target} is not a frame`));
     const promise = this.#pendingPromises.waitForSeek(); // before a step to a damaged frame, which fails at once
     begin();
     const { isSeeking, frame } = this.#playback;

@@ -126,12 +126,14 @@ browserTest("opening at a frame past the end shows the last frame", async () => 
   await page.waitUntil((player) => player.frame === 23);
 });
 
-browserTest("setFrame(NaN) and step(NaN) reject with a RangeError", async () => {
+browserTest("setFrame and step reject what is not a number with a RangeError", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);
   const names = await page.run(async (player) => {
     const getName = ({ name }: Error): string => name;
-    return [await player.setFrame(NaN).catch(getName), await player.step(NaN).catch(getName)];
+    const invalidFrames = [NaN, undefined, "last"] as number[]; // in JavaScript
+    const setNames = await Promise.all(invalidFrames.map((frame) => player.setFrame(frame).catch(getName)));
+    return [...setNames, await player.step(NaN).catch(getName)];
   });
-  assert.deepEqual(names, ["RangeError", "RangeError"]);
+  assert.deepEqual(names, ["RangeError", "RangeError", "RangeError", "RangeError"]);
 });

@@ -32,7 +32,7 @@ export async function* generateFrames(
   { from: firstFrame = 0, onInfo, signal }: FramesOptions,
   framesAhead: number,
 ): AsyncGenerator<FramePacket, void, void> {
-  if (Number.isNaN(firstFrame)) throw new RangeError("NaN is not a frame");
+  if (isNaN(firstFrame)) throw new RangeError(`${firstFrame} is not a frame`);
   let [run, isInfoReported] = [0, false];
   const replies: DecodeReply[] = [];
   let wakeUp = (): void => undefined;
