@@ -47,7 +47,7 @@ const workerPlugin = {
 };
 
 if (!existsSync(WASM_PATH)) {
-  console.error(`player/build.mjs: ${WASM_PATH} is missing; run core/wasm/build.sh --player`);
+  console.error(`player/build.mjs: ${WASM_PATH} is missing; run core/wasm/build.sh --player, or node keep.mjs --extract`);
   process.exit(1);
 }
 const plugins = [workerPlugin, wasmPlugin];

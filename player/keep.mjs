@@ -3,6 +3,8 @@
  *
  *     node keep.mjs           builds the player if its sources have changed
  *     node keep.mjs --check   fails if the sources have changed, or if a new build differs
+ *     node keep.mjs --extract [FILE]
+ *                             writes the stored decoder to the file that build.mjs reads, if its sources have not changed
  *
  * The file stamp.json beside the stored player contains digests of the sources and the versions of the tools. If the
  * sources of the decoder have not changed, its WebAssembly module is taken from the stored player; so a change of
@@ -85,6 +87,13 @@ const isStoredIntact = storedPlayer !== null && stamp.bytes === sha256(storedPla
 
 if (isCheck && !(isStoredIntact && isCurrent.player && isCurrent.core)) {
   fail(`${STORED_FOLDER} is out of date: run \`make player\``);
+}
+const extractIndex = process.argv.indexOf("--extract");
+if (extractIndex > 0) {
+  if (!(isStoredIntact && isCurrent.core)) fail("the sources of the decoder have changed: run core/wasm/build.sh --player");
+  const path = process.argv[extractIndex + 1] ?? resolvePath("core/wasm/quarc-player.wasm");
+  writeFileSync(path, extractModule(storedPlayer));
+  process.exit(0);
 }
 const newModule = process.env.QUARC_WASM ? readFileSync(process.env.QUARC_WASM) : null;
 let wasm = newModule;

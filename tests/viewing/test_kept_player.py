@@ -45,6 +45,16 @@ def test_the_sources_are_unchanged_since_the_build(kind):
     assert _digest_sources(kind) == _STAMP[kind], "run `make player` to rebuild the player"
 
 
+def test_the_decoder_can_be_extracted_for_a_build_without_rust(tmp_path):
+    if shutil.which("node") is None:
+        pytest.skip("extracting the decoder needs Node, which is not installed")
+    path = tmp_path / "quarc-player.wasm"
+    command = ["node", "player/keep.mjs", "--extract", str(path)]
+    subprocess.run(command, cwd=ROOT, check=True)
+
+    assert hashlib.sha256(path.read_bytes()).hexdigest() == _STAMP["wasm"]
+
+
 def test_a_new_build_gives_the_same_player():
     if shutil.which("node") is None:
         pytest.skip("building the player needs Node, which is not installed")
