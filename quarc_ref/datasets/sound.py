@@ -49,8 +49,9 @@ def read_sound(path: Path, samples_per_second: int, max_seconds: float) -> Sound
             for frame in container.decode(container.streams.audio[0]):
                 if not blocks and frame.pts is not None and frame.time_base is not None:
                     start = float(frame.pts * frame.time_base)
-                blocks += [_flatten_samples(block) for block in resampler.resample(frame)]
-                sample_count = sum(block.size for block in blocks[-1:]) + sample_count
+                new_blocks = [_flatten_samples(block) for block in resampler.resample(frame)]
+                blocks += new_blocks
+                sample_count += sum(block.size for block in new_blocks)
                 if sample_count >= max_seconds * samples_per_second:
                     break
         except av.FFmpegError as error:

@@ -13,7 +13,9 @@ _MIN_MULTIPLE_FRACTION = 0.98
 
 
 def find_step(values: NDArray[np.floating], min_step: float) -> float | None:
-    """Return the largest step of which all values are multiples; None if there is no such step.
+    """Return the smallest gap between values, including 0, if all values are multiples of it.
+
+    The result is None if they are not. It is measured at the largest value, which is most accurate.
 
     Args:
         values: Values in an array of any shape.
@@ -30,7 +32,6 @@ def find_step(values: NDArray[np.floating], min_step: float) -> float | None:
     multiples = np.rint(distinct_values / rough_step)
     if not multiples[-1] or rough_step < min_step:
         return None
-    # the largest value gives the most accurate estimate of the step
     step = float(distinct_values[-1] / multiples[-1])
     quotients = distinct_values / step
     is_on_grid = np.abs(quotients - np.rint(quotients)).max() < _GRID_TOLERANCE
