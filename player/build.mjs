@@ -16,6 +16,7 @@ const WASM_PATH = process.env.QUARC_WASM ?? resolvePath("../core/wasm/quarc-play
 // With this memory level, the blocks are shorter, and their codes fit the module better: 0.5 KB less than with the default.
 const GZIP_OPTIONS = { level: 9, memLevel: 6 };
 const SHARED_OPTIONS = { bundle: true, minify: true, target: "es2022", legalComments: "none" };
+const LICENSE_COMMENT = "/*! quarc-player; SPDX-License-Identifier: Apache-2.0; https://www.apache.org/licenses/LICENSE-2.0 */";
 
 const wasmPlugin = {
   name: "wasm",
@@ -61,7 +62,7 @@ if (process.argv.includes("--test")) {
   });
 } else {
   await build({
-    ...{ ...SHARED_OPTIONS, plugins, format: "esm", outdir: resolvePath("dist") },
+    ...{ ...SHARED_OPTIONS, plugins, format: "esm", outdir: resolvePath("dist"), banner: { js: LICENSE_COMMENT } },
     entryPoints: { "quarc-player": resolvePath("src/index.ts"), "quarc-decode": resolvePath("src/decode/index.ts") },
   });
   copyFileSync(resolvePath("../LICENSE"), resolvePath("dist/LICENSE")); // which every copy of the package must contain
