@@ -26,7 +26,8 @@ SSIM_VARIANT = (
 MASK_VARIANT = (
     "mask: for captures with masks, only unmasked pixels are measured; masked pixels are "
     "black in both pictures, and only LPIPS and the SSIM windows of pixels near them include them; "
-    "a picture whose pixels are all masked is measured without its mask"
+    "a picture whose pixels are all masked is measured without its mask; with a transparent "
+    "background, pixels are measured that the truth or the rendering covers, both on black"
 )
 
 

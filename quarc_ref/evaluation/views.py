@@ -5,11 +5,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.capture import Alpha, Capture, Image
 from quarc_ref.decoder import Splats
 from quarc_ref.evaluation.metrics import Mask, Picture, measure_psnr, measure_ssim
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_picture
+
+_MIN_VISIBLE = 0.5 / 255
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,18 +58,27 @@ def measure_views(
         indices: Indices of the cameras to render; None for the held-out cameras.
     """
     camera_indices = capture.held_out if indices is None else indices
-    return [
-        make_view(
-            frame,
-            cameras[index].name,
-            capture.image(index, frame),
-            picture,
-            capture.mask(index, frame),
-        )
-        for index, picture in (
-            (index, render_picture(splats, cameras[index])) for index in camera_indices
-        )
-    ]
+    views = []
+    for index in camera_indices:
+        picture = render_picture(splats, cameras[index])
+        mask = select_pixels(picture, capture.mask(index, frame), capture.alpha(index, frame))
+        truth_levels = capture.image(index, frame)
+        views.append(make_view(frame, cameras[index].name, truth_levels, picture, mask))
+    return views
+
+
+def select_pixels(picture: Picture, mask: Mask | None, alpha: Alpha | None) -> Mask | None:
+    """Return the `[H, W]` mask of the pixels to measure; None for all pixels.
+
+    Args:
+        picture: `[H, W, 3]` rendering before clamping.
+        mask: Mask of the ground truth; None if all its pixels are used.
+        alpha: Alpha of the ground truth; None if it is opaque. Otherwise, the pixels are measured
+            that the ground truth or the rendering covers.
+    """
+    if alpha is None:
+        return mask
+    return np.asarray((alpha > 0) | (picture > _MIN_VISIBLE).any(axis=2))
 
 
 def make_view(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.capture import Alpha, Capture, Image
 from quarc_ref.evaluation.camera_group import find_background, list_variants
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
 from quarc_ref.evaluation.comparison.common_frames import choose_frames, describe_unequal_frames
@@ -14,7 +14,7 @@ from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Mask, Picture
 from quarc_ref.evaluation.quality import Quality
-from quarc_ref.evaluation.views import make_view_with_truth
+from quarc_ref.evaluation.views import make_view_with_truth, select_pixels
 
 _MAX_SHOWN_CAMERAS = 4  # cameras whose views the page shows
 
@@ -149,10 +149,12 @@ class _EntryMeter:
         """Render and measure a frame of every entry."""
         truths = dict(_load_truths(self._inputs, frame))
         renderings = [entry.render(frame, self._inputs.cameras) for entry in self._entries]
-        for name, (image, truth, mask) in truths.items():
+        for name, (image, truth, mask, alpha) in truths.items():
             views = [
-                make_view_with_truth(frame, name, image, truth, pictures[name], mask)
-                for pictures in renderings
+                make_view_with_truth(
+                    frame, name, image, truth, picture, select_pixels(picture, mask, alpha)
+                )
+                for picture in (pictures[name] for pictures in renderings)
             ]
             for meter_by_camera, metrics_by_camera, view in zip(
                 self._meters, self._metrics, views, strict=True
@@ -176,8 +178,8 @@ class _EntryMeter:
 
 def _load_truths(
     inputs: ComparisonInputs, frame: int
-) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None]]]:
-    """Yield each camera's name, its ground truth in 8-bit levels and as floats, and its mask.
+) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None, Alpha | None]]]:
+    """Yield each camera's name, and its ground truth in 8-bit levels and as floats, mask and alpha.
 
     The ground truth is the camera's picture or, without a capture, the rendering of the
     first entry.
@@ -185,13 +187,13 @@ def _load_truths(
     capture = inputs.capture
     if capture is None:
         for name, picture in inputs.entries[0].render(frame, inputs.cameras).items():
-            yield name, ((picture * 255).round().astype(np.uint8), picture, None)
+            yield name, ((picture * 255).round().astype(np.uint8), picture, None, None)
         return
     for name in inputs.cameras:
         index = _find_index(capture, name)
         image = capture.image(index, frame)
         truth = image.astype(np.float32) / np.float32(255)
-        yield name, (image, truth, capture.mask(index, frame))
+        yield name, (image, truth, capture.mask(index, frame), capture.alpha(index, frame))
 
 
 def _find_index(capture: Capture, name: str) -> int:

@@ -16,6 +16,7 @@ from quarc_ref.encoder.training.first_frame import measure_error
 from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews
+from quarc_ref.evaluation.views import measure_views
 from quarc_ref.streams import decode
 from tests.encoder.toys import HEIGHT, SMALL, WIDTH, make_context
 from tests.encoder.transparent_toys import make_subject, make_subject_capture, render_on
@@ -120,6 +121,20 @@ def test_only_the_subject_covers_another_background(scenes_by_alpha, frame):
             squared_errors.append(np.square(image - truth).mean())
         errors[has_alpha] = np.mean(squared_errors)
     assert errors[True] < 0.7 * errors[False]
+
+
+def test_only_what_truth_or_rendering_cover_is_measured():
+    capture = make_subject_capture()
+    camera = capture.cameras[0]
+    rendering, _ = render_on(make_subject(1), camera, (0.0, 0.0, 0.0))
+    (view,) = measure_views(make_subject(1), 0, capture.cameras, capture)
+
+    truth = capture.image(0, 0) / np.float32(255)
+    is_covered = (capture.alpha(0, 0) > 0) | (rendering > 0.5 / 255).any(axis=2)
+    assert 0.1 < is_covered.mean() < 0.9
+    error = np.square(rendering - truth)[is_covered].mean()
+    assert view.psnr == pytest.approx(-10 * np.log10(error), abs=0.01)
+    assert np.array_equal(view.mask, is_covered)
 
 
 def test_the_stream_states_that_its_background_is_transparent():
