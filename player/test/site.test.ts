@@ -8,6 +8,7 @@ import { after, before } from "node:test";
 import { pathToFileURL } from "node:url";
 import { KEEP_AUDIO, makeWav } from "./audio-file.js";
 import { browserTest, launch, PIXEL_RATIO, PlayerPage, type PlayerElement } from "./browser.js";
+import { decodePng } from "./png.js";
 import { runPython, referenceSkipReason, startPython } from "./reference.js";
 import { readRoom } from "./server.js";
 
@@ -112,6 +113,25 @@ for (const [name, viewport] of Object.entries(VIEWPORTS)) {
     );
   });
 }
+
+browserTest("an embedded page can show only its scene, in front of the page around it", async (context) => {
+  if (referenceSkipReason) return context.skip(referenceSkipReason);
+  await withServer(...makePlainServerCommand(), async (url) => {
+    for (const isTransparent of [true, false]) {
+      const page = await (await launch()).newPage({ viewport: { width: 160, height: 120 }, deviceScaleFactor: PIXEL_RATIO });
+      page.setDefaultTimeout(TIMEOUT_MS);
+      const parameters = `?autoplay=0&controls=none&transparent=${isTransparent ? 1 : 0}`;
+      await page.setContent(`<body style="margin: 0; background: #f0f">
+        <iframe src="${url}${parameters}" style="border: 0; width: 160px; height: 120px"></iframe>`);
+      const frame = await (await page.waitForSelector("iframe")).contentFrame();
+      await frame?.waitForFunction(`document.querySelector("quarc-player").frame === 0`);
+      await frame?.evaluate(`document.querySelector("quarc-player").shadowRoot.querySelector("canvas.view").remove()`);
+      const { width, height, pixelAt } = decodePng(await page.screenshot({ scale: "css" }));
+      assert.deepEqual(pixelAt(width / 2, height / 2), isTransparent ? [255, 0, 255] : [13, 15, 18]);
+      await page.close();
+    }
+  });
+});
 
 browserTest("a single page plays from disk", async (context) => {
   if (referenceSkipReason) return context.skip(referenceSkipReason);
