@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 _NAMED_COLORS = {"black": "#000000", "white": "#ffffff"}
 _COLOR_CODE = re.compile(r"#[0-9a-fA-F]{6}")
+_MAX_DENOMINATOR = 1001  # as in 30000/1001 frames per second
 _MAX_RATIONAL_TERM = (1 << 31) - 1  # FFmpeg's rationals have 32-bit terms
 # The quality is nearly lossless, so that smaller files can be encoded from the video.
 _X264_OPTIONS = {"crf": "6", "preset": "medium"}
@@ -107,8 +108,9 @@ def choose_video_format(
     camera: "Camera",
     pixel_format: str | None,
     container: Literal["mp4", "webm"],
+    frames_per_second: float | None = None,
 ) -> "VideoFormat":
-    """Choose the video format for a camera's pictures, at the stream's frame rate.
+    """Choose the video format for a camera's pictures, by default at the stream's frame rate.
 
     Without a pixel format, yuv420p is chosen if the picture size allows it.
 
@@ -127,6 +129,8 @@ def choose_video_format(
         )
         raise UsageError(message)
     frame_rate = Fraction(outline.header.timescale, outline.header.frame_ticks)
+    if frames_per_second is not None:
+        frame_rate = Fraction(frames_per_second).limit_denominator(_MAX_DENOMINATOR)
     if max(frame_rate.as_integer_ratio()) > _MAX_RATIONAL_TERM:
         message = f"a video cannot have {frame_rate} frames per second: choose --to png"
         raise UsageError(message)

@@ -85,6 +85,24 @@ def test_colors_are_at_half_resolution_if_options_and_size_allow_it(
         assert container.streams.video[0].pix_fmt == pixel_format
 
 
+@pytest.mark.parametrize(
+    ("options", "count", "rate"),
+    [
+        (["--fps", 60], 8, 60),
+        (["--fps", 15], 2, 15),
+        (["--fps", 29.97, "--pictures", 6], 6, 29.97),
+        (["--fps", 60, "--frames", "1:3"], 4, 60),
+        (["--fps", 1], 1, 1),
+    ],
+)
+def test_the_frame_rate_of_a_video_can_be_chosen(options, count, rate, stream_file, tmp_path):
+    result = run("render", stream_file, "-o", tmp_path / "v.mp4", *options)  # 4 frames at 30 fps
+
+    assert result.exit_code == 0
+    reader = VideoReader(tmp_path / "v.mp4")
+    assert (reader.frame_count, reader.frames_per_second) == (count, pytest.approx(rate))
+
+
 def test_a_transparent_picture_has_alpha(stream_file, tmp_path):
     for color in ("transparent", "#0080FF", "white"):
         result = run("render", stream_file, "-o", tmp_path / f"{color}.png", "--frames", "1",

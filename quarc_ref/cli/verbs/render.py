@@ -1,6 +1,5 @@
 """The `render` command: renders a camera of a stream as a video or as pictures."""
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -9,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import AsJson, Force, Frames, Quiet, StreamName, parse_frames
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json
 from quarc_ref.cli.render_choices import (
@@ -26,13 +25,12 @@ from quarc_ref.cli.render_output import (
     write_pictures,
     write_video,
 )
+from quarc_ref.cli.render_plan import choose_planned_pictures, count_pictures, find_stop
 from quarc_ref.cli.seekable_stream import open_seekable
 from quarc_ref.cli.targets import reject_input_stream
 from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
-    from quarc_ref.format.cameras import Camera
-    from quarc_ref.viewing.outline import Outline
     from quarc_ref.viewing.paths.pose import PlannedPicture
 
 _MAX_PIXELS = 6 << 20  # a 2.7K picture has 5.5 million; a malicious stream may declare any size
@@ -85,6 +83,17 @@ def render(
             help="Number of pictures, over which the frames are distributed evenly. Between "
             "frames, Gaussians are interpolated, except with --depth.",
             show_default="one per frame",
+        ),
+    ] = None,
+    fps: Annotated[
+        float | None,
+        typer.Option(
+            "--fps",
+            min=1.0,
+            max=1000.0,
+            help="Frames per second of the video. Without --pictures, there are as many more "
+            "pictures, so that the video lasts as long as the stream.",
+            show_default="that of the stream",
         ),
     ] = None,
     depth: Annotated[
@@ -152,71 +161,25 @@ def render(
             outline = outline_stream(source)
             render_camera = choose_camera(outline, camera, width, kind)
             require_pixel_limit(render_camera, max_pixels)
-            plan = _choose_planned_pictures(outline, render_camera, frame_range, path, pictures)
+            picture_count = count_pictures(outline, frame_range, pictures, fps)
+            plan = choose_planned_pictures(outline, render_camera, frame_range, path, picture_count)
             draw: Callable[..., Any] = partial(draw_picture, background=background_color)
             if depth:  # only of frames, which depth.json names
                 plan, draw = [replace(planned, share=0.0) for planned in plan], render_depth
-            is_planned = path is not None or pictures is not None
-            stop = _find_stop(outline, plan, frame_range, path)
+            is_planned = path is not None or picture_count is not None
+            stop = find_stop(outline, plan, frame_range, path)
             pictures_drawn = draw_planned_pictures(source, plan, draw, outline.cameras, stop)
             rendered: Iterator[Any] = _report_progress(pictures_drawn, progress, len(plan))
             if depth:
                 result = write_depths(zip(plan, rendered, strict=True), output, kind, force=force)
             elif kind == "mp4" or kind == "webm":
-                video_format = choose_video_format(outline, render_camera, pixel_format, kind)
+                video_format = choose_video_format(outline, render_camera, pixel_format, kind, fps)
                 result = write_video(enumerate(rendered), output, video_format, force=force)
             else:
                 numbers = range(len(plan)) if is_planned else (item.frame for item in plan)
                 pairs = zip(numbers, rendered, strict=True)
                 result = write_pictures(pairs, output, force=force)
         _print_result(output, plan, path, result, kind, as_json=as_json)
-
-
-def _choose_planned_pictures(
-    outline: "Outline",
-    camera: "Camera",
-    frame_range: tuple[int, int | None],
-    path: str | None,
-    pictures: int | None,
-) -> "list[PlannedPicture]":
-    """Return the pictures to render; raise UsageError if the requested frames do not exist."""
-    from quarc_ref.viewing.paths.plan_pictures import plan_pictures
-    from quarc_ref.viewing.paths.pose import PathError
-
-    count = outline.count_frames(*frame_range)
-    if not count:
-        available_text = (
-            f"{format_count(outline.count_frames(0, None), 'frame')} from {outline.first_frame} on"
-        )
-        message = f"--frames: the stream has none of the requested frames; it has {available_text}"
-        raise UsageError(message)
-    try:
-        return plan_pictures(outline, path, camera, frame_range, pictures)
-    except PathError as error:
-        message = f"--path: {error}"
-        raise UsageError(message) from error
-    except FileNotFoundError as error:
-        message = f"--path takes orbit, spiral, interpolate or a file, but {path} does not exist"
-        raise UsageError(message) from error
-
-
-def _find_stop(
-    outline: "Outline",
-    planned_pictures: "list[PlannedPicture]",
-    frame_range: tuple[int, int | None],
-    path: str | None,
-) -> int | None:
-    """Return the end of the frames to decode: that of a path file, or of the requested frames.
-
-    The outline ends at the first damaged chunk, and pictures are planned up to there. Decoding
-    must therefore continue after the last known frame, so that damage is reported.
-    """
-    from quarc_ref.viewing.paths.automatic import PATH_PLANNERS
-
-    last_picture = planned_pictures[-1]
-    stop = math.ceil(last_picture.frame + last_picture.share) + 1
-    is_file = path is not None and path not in PATH_PLANNERS
-    return stop if is_file and stop < outline.stop else frame_range[1]
 
 
 def _report_progress(
