@@ -31,6 +31,7 @@ from quarc_ref.format.errors import (
     EnvironmentVariableError,
     QuarcError,
     ResumeError,
+    TruncatedError,
     UnusableCaptureError,
 )
 
@@ -128,7 +129,10 @@ def _suggest_force(error: OutputPathError) -> str:
 
 
 def _describe_rejection(error: BitstreamError) -> str:
-    return "; ".join([f"the stream is rejected: {error}", *getattr(error, "__notes__", [])])
+    notes = list(getattr(error, "__notes__", []))
+    if isinstance(error, TruncatedError):
+        notes.append("its end is missing: copy it again, or finish its encode with encode --resume")
+    return "; ".join([f"the stream is rejected: {error}", *notes])
 
 
 def _describe_error(error: BaseException) -> str:
