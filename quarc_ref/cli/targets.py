@@ -141,8 +141,8 @@ class SingleFrameFile:
         """
         if self._has_frame:
             message = (
-                f"{self._target} is a single file, but there are several frames: choose one "
-                "frame, such as --frames 0:1, or give a folder"
+                f"{self._target} is a single file, but there are several frames or pictures: "
+                "choose one frame, such as --frames 0:1, or give a folder"
             )
             raise UsageError(message)
         self._has_frame = True
