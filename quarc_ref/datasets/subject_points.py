@@ -16,7 +16,7 @@ from quarc_ref.datasets.camera_geometry import (
     project_points,
     rotation_matrix,
 )
-from quarc_ref.datasets.capture import Alpha, Image, Points
+from quarc_ref.datasets.capture import Alpha, Image, Mask, Points
 from quarc_ref.datasets.errors import UnreadablePointsError
 from quarc_ref.format.cameras import Camera
 
@@ -49,48 +49,62 @@ def choose_subject_points(
         UnreadablePointsError: The alpha is 0 in all pictures of all cameras but one, or the
             cameras have no visual hull.
     """
+    covered_pixels = [find_covered_pixels(alpha) for alpha in alphas]
     if points is not None:
-        is_subject = _find_hull_points(points.positions, cameras, alphas)
+        is_subject, _ = _find_hull_points(points.positions, cameras, covered_pixels)
         if np.count_nonzero(is_subject) >= _MIN_GIVEN_POINTS:
             return Points(points.positions[is_subject], points.colors[is_subject])
-    positions = _draw_hull_points(cameras, alphas)
+    positions = _draw_hull_points(*_find_ball(cameras, alphas), cameras, covered_pixels)
     return Points(positions, _pick_colors(positions, cameras, read_picture))
 
 
-def find_transparent_points(projection: PointProjection, alpha: Alpha) -> NDArray[np.bool_]:
-    """Return which points `[P]` a camera sees, but only as transparent."""
-    is_covered = binary_dilation(alpha > 0, iterations=_MARGIN_PIXELS)
+def find_covered_pixels(alpha: Alpha) -> Mask:
+    """Return the `[H, W]` mask of the pixels that the subject covers, and of a narrow margin."""
+    return np.asarray(binary_dilation(alpha > 0, iterations=_MARGIN_PIXELS))
+
+
+def find_transparent_points(projection: PointProjection, covered_pixels: Mask) -> NDArray[np.bool_]:
+    """Return which points `[P]` a camera sees, but not at pixels that the subject covers."""
     is_transparent = projection.is_visible.copy()
     rows = projection.rows[is_transparent].astype(np.int64)
     columns = projection.columns[is_transparent].astype(np.int64)
-    is_transparent[is_transparent] = ~is_covered[rows, columns]
+    is_transparent[is_transparent] = ~covered_pixels[rows, columns]
     return is_transparent
 
 
 def _find_hull_points(
-    positions: NDArray[np.float32], cameras: Sequence[Camera], alphas: Sequence[Alpha]
-) -> NDArray[np.bool_]:
-    """Return which points `[P, 3]` are in the hull, `[P]`.
+    positions: NDArray[np.float32], cameras: Sequence[Camera], covered_pixels: Sequence[Mask]
+) -> tuple[NDArray[np.bool_], NDArray[np.int64]]:
+    """Return which points `[P, 3]` are in the hull, and how many cameras see them, both `[P]`.
 
     They may be transparent in a tenth of the pictures that show them, whose alpha may be wrong.
     """
     view_counts, transparent_counts = np.zeros((2, len(positions)), dtype=np.int64)
-    for camera, alpha in zip(cameras, alphas, strict=True):
+    for camera, covered in zip(cameras, covered_pixels, strict=True):
         projection = project_points(camera, positions)
         view_counts += projection.is_visible
-        transparent_counts += find_transparent_points(projection, alpha)
-    return np.asarray(transparent_counts <= _MAX_TRANSPARENT_SHARE * view_counts)
+        transparent_counts += find_transparent_points(projection, covered)
+    return transparent_counts <= _MAX_TRANSPARENT_SHARE * view_counts, view_counts
 
 
-def _draw_hull_points(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> NDArray[np.float32]:
-    """Draw random points `[P, 3]` from the visual hull, at least `_MIN_POINTS`."""
-    center, radius = _find_ball(cameras, alphas)
+def _draw_hull_points(
+    center: Float64Array,
+    radius: float,
+    cameras: Sequence[Camera],
+    covered_pixels: Sequence[Mask],
+) -> NDArray[np.float32]:
+    """Draw random points `[P, 3]` near a ball from the visual hull, at least `_MIN_POINTS`.
+
+    Where few cameras see the hull, it is much larger than the subject, so none are drawn there.
+    """
     generator = np.random.default_rng(_SEED)
     parts: list[NDArray[np.float32]] = []
     for _ in range(_MAX_ROUNDS):
         drawn = center + generator.uniform(-radius, radius, (_DRAWN_PER_ROUND, 3))
         positions = drawn.astype(np.float32)
-        parts.append(positions[_find_hull_points(positions, cameras, alphas)])
+        is_inside, view_counts = _find_hull_points(positions, cameras, covered_pixels)
+        is_well_seen = view_counts >= view_counts[is_inside].max(initial=1) / 2
+        parts.append(positions[is_inside & is_well_seen])
         if sum(map(len, parts)) >= _HULL_POINT_COUNT:
             break
     hull_points: NDArray[np.float32] = np.concatenate(parts)[:_HULL_POINT_COUNT]

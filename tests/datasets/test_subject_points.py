@@ -1,6 +1,7 @@
 """Tests the initial points of a subject: a ball in the middle of a ring of cameras."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -98,6 +99,18 @@ def test_too_few_points_are_replaced_by_the_visual_hull(given_count):
     assert np.abs(hull.positions.mean(axis=0) - CENTER).max() < 0.05
     spread = np.quantile(np.abs(hull.positions - CENTER), 0.95, axis=0)
     assert (spread > 0.7 * RADIUS).all()
+
+
+def test_no_point_is_drawn_where_few_cameras_see_the_hull():
+    # Four of six cameras do not see the lower half of the ball.
+    cameras = [
+        camera if index in (0, 3) else replace(camera, cy=camera.cy + 44)
+        for index, camera in enumerate(CAMERAS)
+    ]
+    alphas = [_draw_ball(camera) for camera in cameras]
+    hull = choose_subject_points(None, cameras, alphas, _paint)
+    views = sum(project_points(camera, hull.positions).is_visible.astype(int) for camera in cameras)
+    assert views.min() >= 3
 
 
 def test_hull_points_have_the_color_of_the_nearest_camera():

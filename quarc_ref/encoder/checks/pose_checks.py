@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.findings import Finding, format_names
-from quarc_ref.datasets.subject_points import find_transparent_points
+from quarc_ref.datasets.subject_points import find_covered_pixels, find_transparent_points
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 from quarc_ref.encoder.checks.projected_points import ProjectedPoints, read_first_frame
 
@@ -63,7 +63,8 @@ def _find_wrong_silhouettes(capture: Capture, projected: ProjectedPoints) -> Ite
         projection, alpha = projected.projections[position], full_capture.alpha(index, 0)
         view_count = int(projection.is_visible.sum())
         if alpha is not None and view_count:
-            transparent_count = int(find_transparent_points(projection, alpha).sum())
+            is_transparent = find_transparent_points(projection, find_covered_pixels(alpha))
+            transparent_count = int(is_transparent.sum())
             if transparent_count > _MAX_TRANSPARENT_SHARE * view_count:
                 wrong_cameras.append(position)
     if wrong_cameras:
