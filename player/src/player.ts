@@ -39,7 +39,7 @@ export class Player extends PlayerState {
   #wasPlaying = false;
   #decodedListener: ((packet: FramePacket) => void) | null = null;
 
-  /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2, or `dispose` has released the canvas. */
+  /** Create a player on a canvas. Throws DrawingError if the browser has no WebGL2, or the canvas cannot be used. */
   constructor(canvas: HTMLCanvasElement, { controls = true, transparent = false }: PlayerOptions = {}) {
     super();
     this.#stage = new Stage(canvas, openContext(canvas, transparent), makeSorter, {

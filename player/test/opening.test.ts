@@ -198,6 +198,29 @@ browserTest("a canvas whose context was released cannot get another player", asy
   assert.equal(error, "true: the graphics context of this canvas was released by dispose()");
 });
 
+browserTest("a canvas has at most one player at a time", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const [error, isLost, frame] = await page.page.evaluate(async () => {
+    const { Player, DrawingError } = await import(`${location.origin}/quarc-player.js`);
+    const canvas = document.body.appendChild(document.createElement("canvas"));
+    const first = new Player(canvas);
+    let error = null;
+    try {
+      new Player(canvas);
+    } catch (thrown) {
+      error = `${thrown instanceof DrawingError}: ${(thrown as Error).message}`;
+    }
+    first.dispose();
+    const player = new Player(canvas);
+    await player.open({ url: "stream.quarc" });
+    canvas.remove();
+    first.dispose(); // does nothing, so the second player keeps its context
+    return [error, canvas.getContext("webgl2")?.isContextLost(), await player.setFrame(3)];
+  });
+  assert.equal(error, "true: this canvas has a player already: call its method dispose() first");
+  assert.deepEqual([isLost, frame], [false, 3]);
+});
+
 browserTest("a program draws on its own canvas, and receives errors", async () => {
   await using page = await PlayerPage.open({ attributes: null, expectedErrors: /404/ });
   const picture = await page.page.evaluate(async () => {

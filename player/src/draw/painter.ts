@@ -171,21 +171,25 @@ export class Painter {
 
 const countInstances = (splatCount: number): number => Math.ceil(splatCount / INSTANCE_SPLATS);
 
-const releasedCanvases = new WeakSet<HTMLCanvasElement>();
+/** Why a canvas cannot get a player. */
+const obstacles = new WeakMap<HTMLCanvasElement, string>();
 
 /**
- * Return the WebGL2 context of a canvas, which can be transparent. Throws DrawingError if the browser has no WebGL2, or the
- * context was released.
+ * Return the WebGL2 context of a canvas for one player; it can be transparent. Throws DrawingError if there is none, if
+ * another player has it, or if it was released.
  */
 export function openContext(canvas: HTMLCanvasElement, transparent: boolean): WebGL2RenderingContext {
-  if (releasedCanvases.has(canvas)) throw new DrawingError("the graphics context of this canvas was released by dispose()");
+  const obstacle = obstacles.get(canvas);
+  if (obstacle !== undefined) throw new DrawingError(obstacle);
   const gl = canvas.getContext("webgl2", { ...CONTEXT_ATTRIBUTES, alpha: transparent });
   if (gl === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
+  obstacles.set(canvas, "this canvas has a player already: call its method dispose() first");
   return gl;
 }
 
-/** Release the context of a canvas for ever, because browsers have few of them. */
-export function releaseContext(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext): void {
-  releasedCanvases.add(canvas);
+/** Make a canvas on the page usable for another player; release the context of any other, because browsers have few. */
+export function closeContext(canvas: HTMLCanvasElement, gl: WebGL2RenderingContext): void {
+  if (canvas.isConnected) return void obstacles.delete(canvas);
+  obstacles.set(canvas, "the graphics context of this canvas was released by dispose()");
   gl.getExtension("WEBGL_lose_context")?.loseContext();
 }

@@ -7,7 +7,7 @@
 
 import type { Direction, FramePacket, SortReply, SortRequest, StreamInfo } from "../protocol.js";
 import { eyeAxis, fitArea, resizeEye, widenEye, type Eye } from "./eye.js";
-import { Painter, releaseContext, type PlacedPicture } from "./painter.js";
+import { closeContext, Painter, type PlacedPicture } from "./painter.js";
 import { takePicture, type PixelFormat } from "./picture.js";
 import { DrawingError } from "./programs.js";
 import { onScreenResize } from "./screen-size.js";
@@ -165,14 +165,14 @@ export class Stage {
   }
 
   dispose(): void {
+    if (this.#abortController.signal.aborted) return; // another player may have the canvas now
     this.#abortController.abort();
     cancelAnimationFrame(this.#drawRequest);
     this.#sorter.terminate();
     this.#dropRequests();
     this.#painter?.dispose();
     this.#painter = null; // so that nothing draws on the canvas any more
-    // A canvas on the page may get another player, which would receive the lost context.
-    if (!this.#canvas.isConnected) releaseContext(this.#canvas, this.#gl);
+    closeContext(this.#canvas, this.#gl);
   }
 
   #requestSort(request: SortRequest, handleReply: HandleSortReply): void {
