@@ -198,6 +198,23 @@ browserTest("a canvas whose context was released cannot get another player", asy
   assert.equal(error, "true: the graphics context of this canvas was released by dispose()");
 });
 
+browserTest("a canvas with another context is not taken for a browser without WebGL2", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  const errors = await page.page.evaluate(async () => {
+    const { Player, DrawingError } = await import(`${location.origin}/quarc-player.js`);
+    return ["2d", "webgl"].map((kind) => {
+      const canvas = document.createElement("canvas");
+      canvas.getContext(kind);
+      try {
+        return String(new Player(canvas));
+      } catch (error) {
+        return `${error instanceof DrawingError}: ${(error as Error).message}`;
+      }
+    });
+  });
+  for (const error of errors) assert.equal(error, "true: this canvas already has a context that is not WebGL2");
+});
+
 browserTest("a canvas has at most one player at a time", async () => {
   await using page = await PlayerPage.open({ attributes: null });
   const [error, isLost, frame] = await page.page.evaluate(async () => {

@@ -182,7 +182,13 @@ export function openContext(canvas: HTMLCanvasElement, transparent: boolean): We
   const obstacle = obstacles.get(canvas);
   if (obstacle !== undefined) throw new DrawingError(obstacle);
   const gl = canvas.getContext("webgl2", { ...CONTEXT_ATTRIBUTES, alpha: transparent });
-  if (gl === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
+  if (gl === null) {
+    const scratch = document.createElement("canvas");
+    const other = scratch.getContext("webgl2");
+    if (other === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
+    closeContext(scratch, other);
+    throw new DrawingError("this canvas already has a context that is not WebGL2");
+  }
   obstacles.set(canvas, "this canvas has a player already: call its method dispose() first");
   return gl;
 }
