@@ -48,6 +48,15 @@ browserTest("in a small player, the statistics can be scrolled", async () => {
   assert.ok(panelBox.y + panelBox.height <= pictureBox.height);
 });
 
+browserTest("screen readers announce that a stream is loading, but not every number of bytes", async () => {
+  await using page = await PlayerPage.open({ heldFrom: 4000 });
+  const amount = findPanel(page, "amount");
+  await amount.filter({ hasText: /KB of/ }).waitFor();
+  assert.equal(await findPanel(page, "loading").getByRole("status").innerText(), "Loading");
+  const isAnnounced = await amount.evaluate((element) => element.closest("[role=status], [aria-live]") !== null);
+  assert.equal(isAnnounced, false);
+});
+
 browserTest("another try after a failed seek goes to the frame of the seek", async () => {
   await using page = await PlayerPage.open({ heldFrom, supportsRanges: false, expectedErrors: BREAKS });
   await page.waitUntil((player) => player.frame === 0);

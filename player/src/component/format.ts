@@ -12,9 +12,9 @@ export function formatBytes(bytes: number | null): string {
 }
 
 /** Describe how much of a stream has been received. */
-export function describeLoading(bytes: number, byteLength: number | null): string {
+export function describeLoaded(bytes: number, byteLength: number | null): string {
   const total = byteLength === null ? "" : ` of ${formatBytes(byteLength)}`;
-  return bytes === 0 ? "Loading" : `Loading ${formatBytes(bytes)}${total}`;
+  return bytes === 0 ? "" : `${formatBytes(bytes)}${total}`;
 }
 
 /** List the rows of the statistics panel: names and values. */

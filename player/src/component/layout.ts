@@ -32,7 +32,7 @@ export interface Layout {
   readonly statisticsPanel: HTMLElement;
   readonly waitingIndicator: HTMLElement;
   readonly loadingPanel: HTMLElement;
-  readonly loadingText: HTMLElement;
+  readonly loadedText: HTMLElement;
   readonly progress: HTMLProgressElement;
   readonly faultPanel: HTMLElement;
   readonly buttons: Readonly<Record<ButtonName, HTMLButtonElement>>;
@@ -52,7 +52,9 @@ const TEMPLATE = `<div class="frame">
     <img class="poster" alt="" hidden>
     <dl class="statistics" hidden></dl>
     <div class="waiting" role="status" aria-label="Waiting for frames" hidden></div>
-    <div class="loading" role="status" hidden><span>Loading</span><progress></progress></div>
+    <div class="loading" hidden>
+      <span role="status">Loading</span> <span class="amount"></span><progress aria-label="Loading"></progress>
+    </div>
     <div class="fault" role="alert" hidden></div>
   </div>
   <div class="bar">
@@ -89,7 +91,7 @@ export function createLayout(root: ShadowRoot): Layout {
     statisticsPanel: find(".statistics"),
     waitingIndicator: find(".waiting"),
     loadingPanel: find(".loading"),
-    loadingText: find(".loading span"),
+    loadedText: find(".amount"),
     progress: find(".loading progress"),
     faultPanel: find(".fault"),
     buttons: buttons as Layout["buttons"],

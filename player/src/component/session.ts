@@ -8,7 +8,7 @@ import { frameRate } from "../statistics.js";
 import { hasHeadset } from "../vr/headset.js";
 import { showLive, showPlaying, showSound, showSpeed } from "./button-states.js";
 import { describeFault } from "./faults.js";
-import { describeLoading, listStatistics } from "./format.js";
+import { describeLoaded, listStatistics } from "./format.js";
 import { createLayout, type Layout } from "./layout.js";
 import { Timeline } from "./timeline.js";
 
@@ -160,10 +160,10 @@ export class Session {
 
   #showLoading(bytes: number, byteLength: number | null): void {
     if (this.player.frame !== null || !this.layout.faultPanel.hidden) return;
-    const { loadingPanel, loadingText, progress, waitingIndicator } = this.layout;
+    const { loadingPanel, loadedText, progress, waitingIndicator } = this.layout;
     loadingPanel.hidden = false;
     waitingIndicator.hidden = true;
-    loadingText.textContent = describeLoading(bytes, byteLength);
+    loadedText.textContent = describeLoaded(bytes, byteLength);
     if (byteLength === null) progress.removeAttribute("value");
     else progress.value = bytes / Math.max(1, byteLength);
   }
