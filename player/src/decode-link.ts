@@ -6,24 +6,32 @@
  */
 
 import type { DecodeReply, PlayerFault, StreamSource } from "./protocol.js";
-import { describeWorkerError, sendRequest } from "./workers.js";
+import { describeWorkerError, makeDecoder, sendRequest } from "./workers.js";
 
 export class DecodeLink {
   /** Number of the current run; 0 before the first. */
   run = 0;
   #openingRun = 0;
-  readonly #decoder: Worker;
+  readonly #onReply: (reply: DecodeReply) => void;
+  readonly #onFault: (fault: PlayerFault) => void;
+  #hasFailed = false;
+  #decoder: Worker;
 
-  constructor(decoder: Worker, onReply: (reply: DecodeReply) => void, onFault: (fault: PlayerFault) => void) {
-    this.#decoder = decoder;
-    decoder.onmessage = ({ data }) => {
-      if (this.#isCurrent(data as DecodeReply)) onReply(data as DecodeReply);
-    };
-    decoder.onerror = (event) => onFault(describeWorkerError(event));
+  constructor(onReply: (reply: DecodeReply) => void, onFault: (fault: PlayerFault) => void) {
+    this.#onReply = onReply;
+    this.#onFault = onFault;
+    this.#decoder = this.#startDecoder();
   }
 
-  /** Open a stream, and allow `frames` frames to be decoded. If the bytes were transferred before, throw a DataCloneError. */
+  /**
+   * Open a stream, and allow `frames` frames to be decoded; a decoder that has failed is started again. If the bytes were
+   * transferred before, throw a DataCloneError.
+   */
   open(source: StreamSource, frames: number): void {
+    if (this.#hasFailed) {
+      this.close();
+      this.#decoder = this.#startDecoder();
+    }
     sendRequest(this.#decoder, { kind: "open", source, run: this.run + 1 });
     this.#openingRun = ++this.run;
     this.allowFrames(frames);
@@ -47,8 +55,21 @@ export class DecodeLink {
   }
 
   close(): void {
+    this.#hasFailed = false;
     this.#decoder.onmessage = this.#decoder.onerror = null;
     this.#decoder.terminate();
+  }
+
+  #startDecoder(): Worker {
+    const decoder = makeDecoder();
+    decoder.onmessage = ({ data }) => {
+      if (this.#isCurrent(data as DecodeReply)) this.#onReply(data as DecodeReply);
+    };
+    decoder.onerror = (event) => {
+      this.#hasFailed = true;
+      this.#onFault(describeWorkerError(event));
+    };
+    return decoder;
   }
 
   #isCurrent(reply: DecodeReply): boolean {

@@ -38,10 +38,10 @@ export class Playback {
   /** Number of frames of this stream that were not decoded when they were due. */
   lateFrames = 0;
 
-  constructor(decoder: Worker, screen: Screen, events: PlaybackEvents) {
+  constructor(screen: Screen, events: PlaybackEvents) {
     this.#screen = screen;
     this.#events = events;
-    this.#link = new DecodeLink(decoder, (reply) => this.#handleReply(reply), (fault) => this.#handleFault(fault));
+    this.#link = new DecodeLink((reply) => this.#handleReply(reply), (fault) => this.#handleFault(fault));
   }
 
   /** The range of frames of the stream, as far as it is known. */

@@ -21,7 +21,7 @@ import { Controls } from "./view/controls.js";
 import type { Axis } from "./view/scene.js";
 import { Viewer } from "./view/viewer.js";
 import { Headset } from "./vr/headset.js";
-import { makeDecoder, makeSorter } from "./workers.js";
+import { makeSorter } from "./workers.js";
 
 export class Player extends PlayerState {
   readonly #stage: Stage;
@@ -54,7 +54,7 @@ export class Player extends PlayerState {
       if (failure !== null) this.dispatch("audioerror", { message: failure });
     });
     this.#viewer = new Viewer(this.#stage, () => this.dispatch("view", null));
-    this.#playback = new Playback(makeDecoder(), this.#stage, {
+    this.#playback = new Playback(this.#stage, {
       onInfo: (info) => this.#handleInfo(info),
       onState: () => this.#handleStateChange(),
       onEnded: () => this.dispatch("ended", null),

@@ -25,7 +25,9 @@ browserTest("a Content-Security-Policy that forbids the decoder is named in the 
         });
       });
       player.open(source);
-      const faults = [await failed, await readFrames(source).next().catch(({ fault }: StreamError) => fault)];
+      await failed;
+      const again = await player.open(source).catch(({ fault }: StreamError) => fault); // a further stream fails, too
+      const faults = [await failed, again, await readFrames(source).next().catch(({ fault }: StreamError) => fault)];
       return { faults, isWaiting: player.isWaiting };
     });
     for (const fault of faults) {
