@@ -46,6 +46,26 @@ test("the reason for which a server cannot be reached is part of the error", asy
   await assert.rejects(readSource({ url }), /fetch failed: connect ECONNREFUSED/);
 });
 
+test("a server that fails before its first answer is then read with range requests", async (context) => {
+  shortenPauses(context);
+  const stream = readVector("streams/journey");
+  await using server = await StreamServer.start(stream);
+  const { fetch } = globalThis;
+  const refuse = (): Promise<Response> => Promise.reject(new TypeError("refused"));
+  for (const fail of [refuse, () => Promise.resolve(new Response(null, { status: 503 }))]) {
+    for (const failureCount of [1, 2, 3, 4]) {
+      let requestCount = 0;
+      const mock = context.mock.method(globalThis, "fetch", (...request: Parameters<typeof fetch>) =>
+        ++requestCount > failureCount ? fetch(...request) : fail(),
+      );
+      const source = new HttpSource({ url: server.url });
+      for await (const { offset } of source.read(600, new AbortController().signal)) assert.ok(offset >= 600);
+      assert.deepEqual([source.hasRanges, source.size], [true, stream.length]);
+      mock.mock.restore();
+    }
+  }
+});
+
 test("a connection that stalls counts as broken", async (context) => {
   shortenPauses(context);
   const stream = readVector("streams/journey");

@@ -29,6 +29,7 @@ export class HttpSource {
   readonly isLive: boolean;
   readonly #url: string;
   readonly #headers: Readonly<Record<string, string>>;
+  #compresses = false; // also the answers to range requests
   #validators: readonly (string | null | undefined)[] = []; // ETag, if it is strong, and Last-Modified
 
   constructor(source: Extract<StreamSource, { url: string }>) {
@@ -44,9 +45,7 @@ export class HttpSource {
     for (let failures = 0; ; ) {
       try {
         const firstOffset = nextOffset;
-        // Browsers reject compressed answers to range requests, which some servers send nevertheless.
-        const isRange = this.hasRanges || failures < MAX_RETRIES;
-        for await (const piece of this.#readResponse(nextOffset, isRange, signal)) {
+        for await (const piece of this.#readResponse(nextOffset, signal)) {
           nextOffset = piece.offset + piece.bytes.length;
           failures = 0;
           yield piece;
@@ -64,15 +63,13 @@ export class HttpSource {
   }
 
   /** Send a request, and read the bytes of its response from an offset onwards. */
-  async *#readResponse(requestedOffset: number, isRange: boolean, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
-    const headers = { ...this.#headers, ...(isRange && { Range: `bytes=${requestedOffset}-` }) };
-    const cache = this.isLive ? "no-store" : "no-cache";
+  async *#readResponse(requestedOffset: number, signal: AbortSignal): AsyncGenerator<Piece, void, void> {
     const request = new AbortController();
     const abort = (): void => request.abort(signal.reason);
     signal.throwIfAborted();
     signal.addEventListener("abort", abort);
     try {
-      const response = await this.#unlessStalled(fetch(this.#url, { headers, signal: request.signal, cache }), request);
+      const response = await this.#unlessStalled(this.#fetch(requestedOffset, request.signal), request);
       let offset = this.#findBodyOffset(response, requestedOffset);
       const reader = response.body?.getReader();
       if (reader === undefined || offset === null) return;
@@ -89,6 +86,31 @@ export class HttpSource {
     } finally {
       signal.removeEventListener("abort", abort);
       request.abort();
+    }
+  }
+
+  /**
+   * Send a request for the bytes from an offset onwards. Some servers compress also the answers to range requests, which
+   * browsers reject as if the server was unreachable. A server that then answers only without a range is such a server.
+   */
+  async #fetch(offset: number, signal: AbortSignal): Promise<Response> {
+    const send = (range: Readonly<Record<string, string>>): Promise<Response> =>
+      fetch(this.#url, { headers: { ...this.#headers, ...range }, signal, cache: this.isLive ? "no-store" : "no-cache" });
+    const sendRange = (): Promise<Response> => send({ Range: `bytes=${offset}-` });
+    if (this.#compresses) return send({});
+    try {
+      return await sendRange();
+    } catch (error) {
+      if (this.hasRanges) throw error;
+    }
+    const whole = await send({});
+    try {
+      const part = await sendRange(); // the server was only unreachable for a moment
+      void whole.body?.cancel();
+      return part;
+    } catch {
+      this.#compresses = whole.ok && !signal.aborted;
+      return whole;
     }
   }
 
