@@ -134,7 +134,8 @@ export class StreamServer {
       return;
     }
     if (this.#options.compresses === true) {
-      response.writeHead(200, { "Content-Encoding": "gzip" }).end(gzipSync(this.#stream));
+      const body = gzipSync(this.#stream);
+      response.writeHead(200, { "Content-Encoding": "gzip", "Content-Length": body.length }).end(body);
       return;
     }
     const isPartial = supportsRanges && rangeMatch !== null;

@@ -43,6 +43,22 @@ browserTest("a stream is shown from a server that compresses it, although browse
   assert.deepEqual(page.server.requests, ["bytes=0-", "", "bytes=0-"]); // the last confirms that only ranges fail
 });
 
+browserTest("the length of a compressed response is not the size of the stream, also on another origin", async () => {
+  const stream = readRoom();
+  await using server = await StreamServer.start(stream, { allowsOrigins: true, compresses: true });
+  await using page = await PlayerPage.open({ attributes: null, expectedErrors: /ERR_CONTENT_DECODING_FAILED/ });
+  const [frame, sizes] = await page.page.evaluate(async (url) => {
+    const { Player } = await import(`${location.origin}/quarc-player.js`);
+    const player = new Player(document.body.appendChild(document.createElement("canvas")));
+    const sizes = new Set<number | null>();
+    player.addEventListener("progress", ({ detail }: CustomEvent<{ byteLength: number | null }>) => sizes.add(detail.byteLength));
+    await player.open({ url });
+    return [await player.setFrame(23), [...sizes]];
+  }, server.url);
+  assert.equal(frame, 23);
+  assert.ok(sizes.every((size) => size === null || size === stream.length), String(sizes));
+});
+
 browserTest("a missing stream is reported, and can be retried", async () => {
   await using page = await PlayerPage.open({ status: 404, attributes: 'frame="4"', expectedErrors: /404/ });
   await page.page.locator("quarc-player .fault h2").waitFor();

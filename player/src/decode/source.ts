@@ -135,7 +135,9 @@ export class HttpSource {
       this.#fail(`the server answered ${isPart ? "with a range that was not requested" : status}`);
     }
     const bodyOffset = status === 200 ? 0 : requestedOffset;
-    const hasLength = status !== 416 && total === undefined && !headers.has("Content-Encoding");
+    // A server on another origin does not expose the header Content-Encoding.
+    const isEncoded = this.#compresses || headers.has("Content-Encoding");
+    const hasLength = status !== 416 && total === undefined && !isEncoded;
     const size = hasLength ? bodyOffset + Number(headers.get("Content-Length") ?? NaN) : Number(total); // NaN: unknown
     if (this.#hasChanged(headers, size)) this.#fail("the file on the server has changed");
     if (size >= 0) this.size = size;
