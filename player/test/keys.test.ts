@@ -32,6 +32,21 @@ browserTest("keys play, step, loop, choose a camera, change the speed and flip",
   await page.waitUntil((player) => player.frame === 23);
 });
 
+browserTest("attributes that are set again, and properties, change what keys have changed", async () => {
+  await using page = await PlayerPage.open({ attributes: 'loop speed="2"' });
+  await page.waitUntil((player) => player.frame === 0);
+  await page.page.locator("quarc-player canvas.view").focus();
+  for (const key of ["l", ">", "m"]) await page.page.keyboard.press(key);
+  const states = await page.run((element) => {
+    const player = element.player!;
+    const states = [[player.loop, player.speed, player.muted, element.hasAttribute("loop")]];
+    for (const name of ["loop", "speed"]) element.setAttribute(name, element.getAttribute(name)!);
+    player.muted = false;
+    return [...states, [player.loop, player.speed, player.muted, element.hasAttribute("muted")]];
+  });
+  assert.deepEqual(states, [[false, 4, true, true], [true, 2, false, false]]);
+});
+
 browserTest("the focus of the view can be seen on its picture", async () => {
   await using page = await PlayerPage.open();
   await page.waitUntil((player) => player.frame === 0);
