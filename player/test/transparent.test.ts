@@ -5,6 +5,7 @@ import { browserTest, PlayerPage } from "./browser.js";
 import { makeEmulatorScript, SIZE } from "./emulator.js";
 
 const MAGENTA_PAGE = `addEventListener("DOMContentLoaded", () => (document.body.style.background = "#f0f"));`;
+const HELD_FROM = 25_000; // in the first frame, after the bytes of its preview
 const RECORD_MODES = `
   window.modes = [];
   const requestSession = navigator.xr.requestSession.bind(navigator.xr);
@@ -32,6 +33,21 @@ browserTest("only a transparent player shows the page behind the scene", async (
   while ((await measureMagenta(transparentPage)) < 0.1);
   await using blackPage = await openFarAway("");
   assert.ok((await measureMagenta(blackPage)) < 0.01); // the corners are round
+});
+
+browserTest("while a transparent poster is shown, neither the previous stream nor a preview is visible behind it", async () => {
+  const poster = `poster="data:image/svg+xml,<svg xmlns='http://www.w3.org/2000/svg'/>"`;
+  const attributes = `controls="none" transparent ${poster}`;
+  await using page = await PlayerPage.open({ attributes, ...SIZE, initScript: MAGENTA_PAGE });
+  await page.waitUntil((player) => player.frame === 0);
+  while ((await measureMagenta(page)) > 0.9); // the scene appears
+  page.server.setOptions({ heldFrom: HELD_FROM });
+  await page.run(async (player) => {
+    const previewed = new Promise((resolve) => player.addEventListener("preview", resolve, { once: true }));
+    player.setAttribute("src", "stream.quarc?again");
+    await previewed;
+  });
+  assert.ok((await measureMagenta(page)) > 0.8); // the loading panel hides the rest
 });
 
 browserTest("a transparent scene is shown in the room, any other scene in front of black", async () => {

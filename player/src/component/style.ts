@@ -7,6 +7,7 @@ export const STYLE = `
 :host(:fullscreen) { border-radius: 0; }
 :host([hidden]) { display: none; }
 :host([transparent]), :host([transparent]) :is(canvas.view, .poster) { background: none; }
+:host([transparent]) canvas.view:has(+ .poster:not([hidden])) { opacity: 0; } /* a poster may be transparent, too */
 :host([controls="none"]) .bar { display: none; }
 * { box-sizing: border-box; }
 [hidden] { display: none !important; }
