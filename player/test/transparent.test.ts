@@ -50,6 +50,23 @@ browserTest("while a transparent poster is shown, neither the previous stream no
   assert.ok((await measureMagenta(page)) > 0.8); // the loading panel hides the rest
 });
 
+browserTest("a canvas on which players are transparent cannot get another kind of player, and vice versa", async () => {
+  await using page = await PlayerPage.open({ attributes: null });
+  for (const transparent of [false, true]) {
+    const error = await page.page.evaluate(async (transparent) => {
+      const { Player, DrawingError } = await import(`${location.origin}/quarc-player.js`);
+      const canvas = document.body.appendChild(document.createElement("canvas"));
+      for (let count = 0; count < 2; count++) new Player(canvas, { transparent }).dispose();
+      try {
+        return String(new Player(canvas, { transparent: !transparent }));
+      } catch (error) {
+        return `${error instanceof DrawingError}: ${(error as Error).message}`;
+      }
+    }, transparent);
+    assert.equal(error, `true: the context of this canvas is ${transparent ? "" : "not "}transparent: use another canvas`);
+  }
+});
+
 browserTest("a transparent scene is shown in the room, any other scene in front of black", async () => {
   for (const [attributes, mode] of [["transparent", "immersive-ar"], ["", "immersive-vr"]] as const) {
     await using page = await PlayerPage.open({ attributes, ...SIZE, initScript: makeEmulatorScript() + RECORD_MODES });

@@ -176,7 +176,7 @@ const obstacles = new WeakMap<HTMLCanvasElement, string>();
 
 /**
  * Return the WebGL2 context of a canvas for one player; it can be transparent. Throws DrawingError if there is none, if
- * another player has it, or if it was released.
+ * another player has it, if it was released, or if its transparency differs.
  */
 export function openContext(canvas: HTMLCanvasElement, transparent: boolean): WebGL2RenderingContext {
   const obstacle = obstacles.get(canvas);
@@ -188,6 +188,10 @@ export function openContext(canvas: HTMLCanvasElement, transparent: boolean): We
     if (other === null) throw new DrawingError("this browser has no WebGL2, or it is disabled");
     closeContext(scratch, other);
     throw new DrawingError("this canvas already has a context that is not WebGL2");
+  }
+  // A context keeps its first attributes; if it is lost, they are unknown.
+  if (gl.getContextAttributes()?.alpha === !transparent) {
+    throw new DrawingError(`the context of this canvas is ${transparent ? "not " : ""}transparent: use another canvas`);
   }
   obstacles.set(canvas, "this canvas has a player already: call its method dispose() first");
   return gl;
