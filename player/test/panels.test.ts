@@ -112,3 +112,16 @@ browserTest("the waiting indicator appears if playback waits directly after the 
   await findPanel(page, "waiting").waitFor();
   assert.equal(await findPanel(page, "loading").isVisible(), false);
 });
+
+browserTest("the waiting indicator can be seen in front of a white page or scene", async () => {
+  await using page = await PlayerPage.open({ attributes: 'transparent controls="none"' });
+  await page.waitUntil((player) => player.frame === 0);
+  await page.run((player) => {
+    document.body.style.background = "#fff";
+    player.shadowRoot!.querySelector<HTMLElement>("canvas.view")!.style.opacity = "0";
+    player.shadowRoot!.querySelector<HTMLElement>(".waiting")!.hidden = false;
+  });
+  const { width, height, pixelAt } = await page.takeScreenshot();
+  const levels = Array.from({ length: width * height }, (_, index) => pixelAt(index % width, Math.floor(index / width))[1]);
+  assert.ok(levels.filter((level) => level < 225).length > 80);
+});

@@ -69,7 +69,8 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
 .fault button { width: auto; height: auto; margin-top: 12px; padding: 6px 14px; background: #222831; color: #fff; }
 .fault button:hover { background: var(--accent); color: #0d0f12; }
 .waiting { position: absolute; left: 50%; top: 50%; width: 36px; height: 36px; margin: -18px; border-radius: 50%;
-  border: 3px solid #ffffff38; border-top-color: #fff; animation: turn 1s linear infinite; pointer-events: none; }
+  border: 3px solid #ffffff38; border-top-color: #fff; filter: drop-shadow(0 0 2px #000);
+  animation: turn 1s linear infinite; pointer-events: none; }
 @keyframes turn { to { transform: rotate(1turn); } }
 @container (max-width: 520px) {
   .bar { padding: 6px 8px; padding-bottom: max(6px, env(safe-area-inset-bottom)); }
