@@ -33,20 +33,25 @@ def render_on(splats, camera, background):
 class _RenderedSource:
     """Pictures on black, or their alpha."""
 
-    def __init__(self, cameras, part):
-        self._cameras, self._part = cameras, part
+    def __init__(self, cameras, part, seen_by):
+        self._cameras, self._part, self._seen_by = cameras, part, seen_by
 
     def read(self, camera, frame):
         parts = render_on(make_subject(frame), self._cameras[camera], (0.0, 0.0, 0.0))
-        return np.round(parts[self._part] * 255).astype(np.uint8)
+        picture = np.round(parts[self._part] * 255).astype(np.uint8)
+        return picture if camera in self._seen_by else np.zeros_like(picture)
 
 
-def make_subject_capture(frame_count=4, *, has_alpha=True):
-    """Return a capture of the subject; without alpha, its background is an opaque black."""
+def make_subject_capture(frame_count=4, *, has_alpha=True, seen_by=range(4)):
+    """Return a capture of the subject; without alpha, its background is an opaque black.
+
+    The subject has left the pictures of the cameras that are not in `seen_by`.
+    """
     cameras = make_cameras()
     splats = make_subject(0)
     points = Points(splats.positions, np.full(splats.positions.shape, 60, np.uint8))
+    pictures, alphas = (_RenderedSource(cameras, part, seen_by) for part in (0, 1))
     return Capture(
-        "subject", cameras, frame_count, 30.0, points, _RenderedSource(cameras, 0), "0" * 64,
-        alphas=_RenderedSource(cameras, 1) if has_alpha else None,
+        "subject", cameras, frame_count, 30.0, points, pictures, "0" * 64,
+        alphas=alphas if has_alpha else None,
     )  # fmt: skip

@@ -128,7 +128,8 @@ class TrainingContext:
     def exposure_pair(self, rendering: Rendering, view: int, frame: int) -> tuple[Tensor, Tensor]:
         """Return the `[H, W, 3]` rendering and picture from which exposures are estimated.
 
-        Masked and transparent pixels are black in both.
+        Masked and transparent pixels are black in both. So are pixels that the subject has left:
+        in a camera that it leaves completely, they would be most of the rendering.
 
         Args:
             rendering: Rendering of the view.
@@ -139,6 +140,7 @@ class TrainingContext:
         alpha = self.views.alpha(view, frame)
         if alpha is not None:
             image = image - (1 - rendering.alpha[..., None]) * self.background(view)
+            image = image * (alpha > 0)
             picture = picture - (1 - alpha) * self.views.background(view)
         return self.apply_mask(image, view, frame), picture
 

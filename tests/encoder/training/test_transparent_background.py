@@ -84,6 +84,12 @@ def test_exposures_are_those_of_the_subject():
     assert error < 0.01
 
 
+def test_cameras_that_no_longer_see_the_subject_change_no_exposure():
+    context = _make_context(make_subject_capture(seen_by=[1]))
+    measure_error(context, from_splats(make_subject(0), CPU), fits_exposures=True)
+    assert (context.exposures.gains - 1).abs().max() < 0.02
+
+
 def test_a_part_of_a_capture_has_the_alpha_of_its_frames():
     capture = make_subject_capture(4)
     part = slice_capture(capture, 2, 2)
