@@ -24,6 +24,7 @@ _MIN_POINTS, _MIN_GIVEN_POINTS = 100, 1000
 _MARGIN_PIXELS = 2  # errors of points and alpha
 _MAX_TRANSPARENT_SHARE = 0.1
 _HULL_POINT_COUNT = 10_000
+_MIN_HULL_VIEWS = 2  # fewer views do not limit the depth of a point
 _DRAWN_PER_ROUND = 200_000
 _MAX_ROUNDS = 50
 _SEED = 0
@@ -103,7 +104,8 @@ def _draw_hull_points(
         drawn = center + generator.uniform(-radius, radius, (_DRAWN_PER_ROUND, 3))
         positions = drawn.astype(np.float32)
         is_inside, view_counts = _find_hull_points(positions, cameras, covered_pixels)
-        is_well_seen = view_counts >= view_counts[is_inside].max(initial=1) / 2
+        min_views = max(_MIN_HULL_VIEWS, view_counts[is_inside].max(initial=0) / 2)
+        is_well_seen = view_counts >= min_views
         parts.append(positions[is_inside & is_well_seen])
         if sum(map(len, parts)) >= _HULL_POINT_COUNT:
             break

@@ -129,3 +129,11 @@ def test_alpha_without_a_subject_is_an_error():
     corner[:4, :4] = 255
     with pytest.raises(UnreadablePointsError, match="no place is covered"):
         choose_subject_points(None, CAMERAS, [*ALPHAS[:5], corner], _paint)
+
+
+def test_hull_points_are_in_two_pictures_even_if_a_subject_fills_a_picture():
+    opaque = np.full((HEIGHT, WIDTH), 255, np.uint8)
+    for alphas in ([opaque, *ALPHAS[1:3]], [opaque] * 3):
+        hull = choose_subject_points(None, CAMERAS[:3], alphas, _paint)
+        views = [project_points(camera, hull.positions).is_visible for camera in CAMERAS[:3]]
+        assert (np.sum(views, axis=0) >= 2).all()
