@@ -35,6 +35,7 @@ _MIN_RELATIVE_RADIUS = 0.01
 # There, float32, in which training computes, has steps of 1/128 of a pixel, and a lattice that
 # covers four times this distance has only 42 units per pixel.
 _MAX_REACH_PIXELS = 50_000
+_MAX_FAINT_ALPHA = 15  # of 255
 
 
 def check_capture(capture: Capture) -> list[Finding]:
@@ -64,13 +65,14 @@ def check_capture(capture: Capture) -> list[Finding]:
         raise UnusableCaptureError(message)
     return [
         *_find_black_masks(capture),
+        *_find_faint_alpha(capture),
         *_find_distant_origin(projected, capture.points),
         *_find_points_outside_views(projected),
         *_find_blind_cameras(projected),
         *_find_coinciding_cameras(projected),
         *_find_too_few_cameras(projected),
         *find_wrong_poses(capture, projected),
-        *find_odd_pictures(projected.cameras, projected.projections, read_first_frame(capture)),
+        *_find_odd_pictures(capture, projected),
     ]
 
 
@@ -103,6 +105,42 @@ def _find_black_masks(capture: Capture) -> Iterator[Finding]:
             "are not used there: check the masks, in which white pixels are used"
         )
         yield Finding("mask-black", message, names)
+
+
+def _find_faint_alpha(capture: Capture) -> Iterator[Finding]:
+    """Yield a finding about cameras whose alpha in frame 0 is tiny, as in masks of 0 and 1.
+
+    Raises:
+        UnusableCaptureError: The alpha of all training cameras is tiny.
+    """
+    alphas = {capture.cameras[index].name: capture.alpha(index, 0) for index in capture.training}
+    largest = {name: int(alpha.max()) for name, alpha in alphas.items() if alpha is not None}
+    names = tuple(name for name, level in largest.items() if 0 < level <= _MAX_FAINT_ALPHA)
+    if not names:
+        return
+    message = (
+        f"the masks or alpha channels of {format_names(names)} are almost black in frame 0 (at "
+        f"most {max(largest[name] for name in names)} of 255), so these cameras see almost nothing "
+        "of the subject: 255 stands for opaque"
+    )
+    if max(largest.values()) <= _MAX_FAINT_ALPHA:
+        raise UnusableCaptureError(message)
+    yield Finding("mask-black", message, names)
+
+
+def _find_odd_pictures(capture: Capture, projected: ProjectedPoints) -> Iterator[Finding]:
+    """Return the findings of `find_odd_pictures`; pictures without the subject are not compared."""
+    positions = [
+        position
+        for position, picture in enumerate(read_first_frame(capture))
+        if capture.alphas is None or picture.any()
+    ]
+    full_capture = capture.full_capture
+    return find_odd_pictures(
+        [projected.cameras[position] for position in positions],
+        [projected.projections[position] for position in positions],
+        (full_capture.image(full_capture.training[position], 0) for position in positions),
+    )
 
 
 def _find_distant_origin(projected: ProjectedPoints, points: Points) -> Iterator[Finding]:

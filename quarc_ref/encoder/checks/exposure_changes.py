@@ -50,7 +50,7 @@ def measure_gains(recording: Recording) -> Numbers | None:
     They are NaN for unreadable frames. The result is None if too few frames can be read, or too
     few pixels are neither dark nor bright.
     """
-    readable = np.flatnonzero(recording.is_readable)
+    readable = np.flatnonzero(recording.is_usable)
     if len(readable) < _MIN_FRAMES:
         return None
     count = min(len(readable), _MAX_REFERENCE_FRAMES)

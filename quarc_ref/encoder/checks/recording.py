@@ -24,19 +24,20 @@ class Recording:
         block_size: Integer factor by which width and height are reduced.
         gray_pictures: `[T, rows, columns]` gray levels (0 to 255) of the first T frames,
             multiplied by 128.
-        is_readable: `[T]` whether a frame could be read.
+        is_usable: `[T]` whether a frame could be read and, if the background is transparent, shows
+            something of the subject.
         read_errors: Error message of each frame that could not be read, by frame index.
     """
 
     block_size: int
     gray_pictures: NDArray[np.uint16]
-    is_readable: NDArray[np.bool_]
+    is_usable: NDArray[np.bool_]
     read_errors: dict[int, str]
 
     @property
     def is_change_known(self) -> NDArray[np.bool_]:
-        """`[T - 1]` whether both frames of a change could be read."""
-        return self.is_readable[1:] & self.is_readable[:-1]
+        """`[T - 1]` whether both frames of a change are usable."""
+        return self.is_usable[1:] & self.is_usable[:-1]
 
     @property
     def gray_levels(self) -> NDArray[np.float32]:
@@ -72,6 +73,7 @@ def read_recordings(capture: Capture, advance: ReportProgress) -> list[Recording
         gray_pictures = np.zeros(
             (stored_count, camera.height // block_size, camera.width // block_size), dtype=np.uint16
         )
+        is_usable = np.zeros(stored_count, dtype=bool)
         read_errors: dict[int, str] = {}
         for frame in range(capture.frame_count):
             try:
@@ -81,9 +83,9 @@ def read_recordings(capture: Capture, advance: ReportProgress) -> list[Recording
             else:
                 if frame < stored_count:
                     gray_pictures[frame] = _downscale(picture, block_size)
+                    is_usable[frame] = capture.alphas is None or picture.any()
             advance(index * capture.frame_count + frame + 1, total)
-        is_readable = np.array([frame not in read_errors for frame in range(stored_count)])
-        recordings.append(Recording(block_size, gray_pictures, is_readable, read_errors))
+        recordings.append(Recording(block_size, gray_pictures, is_usable, read_errors))
     return recordings
 
 

@@ -31,6 +31,31 @@ class _Reordered:
         return self._read(self._order[camera], frame).copy()
 
 
+def fade_subject(capture, cameras, largest_alpha):
+    """Return the capture after reducing the alpha of some cameras, and so darkening the pictures.
+
+    Args:
+        capture: A capture with alpha.
+        cameras: Indices of the cameras.
+        largest_alpha: Alpha of what was opaque, 0 to 255.
+    """
+    faded = plant(capture)
+    for name in ("_source", "alphas"):
+        setattr(faded, name, _Faded(getattr(faded, name), cameras, largest_alpha))
+    return faded
+
+
+class _Faded:
+    def __init__(self, source, cameras, largest_alpha):
+        self._source, self._cameras, self._largest_alpha = source, cameras, largest_alpha
+
+    def read(self, camera, frame):
+        levels = self._source.read(camera, frame)
+        if camera not in self._cameras:
+            return levels
+        return (levels.astype(np.uint16) * self._largest_alpha // 255).astype(np.uint8)
+
+
 def keep_cameras(capture, camera_indices):
     """Return the capture with only the cameras at some indices."""
     return plant(

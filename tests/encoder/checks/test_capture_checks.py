@@ -13,6 +13,7 @@ from quarc_ref.format.errors import EncodeError, UnusableCaptureError
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
 from quarc_ref.synth.variants import VARIANTS
 from tests.encoder.checks.planted import (
+    fade_subject,
     keep_cameras,
     move_camera,
     move_points,
@@ -82,6 +83,27 @@ def test_a_capture_whose_masks_leave_no_pixel_is_unusable(correct_capture):
 
     with pytest.raises(UnusableCaptureError, match="masks of all training cameras are completely"):
         check_capture(capture)
+
+
+@pytest.fixture(scope="module")
+def subject_capture(trace_capture):
+    return trace_capture(variant="bright-stage", cameras=12, has_masks=True)
+
+
+def test_masks_of_0_and_1_are_almost_black_alpha(subject_capture):
+    (finding,) = check_capture(fade_subject(subject_capture, [2, 3], 1))
+    assert (finding.kind, finding.cameras) == ("mask-black", ("cam02", "cam03"))
+
+    with pytest.raises(UnusableCaptureError, match=r"at most 1 of 255.*255 stands for opaque"):
+        check_capture(fade_subject(subject_capture, range(13), 1))
+    assert check_capture(fade_subject(subject_capture, range(13), 128)) == []
+
+
+def test_two_cameras_that_do_not_see_the_subject_have_different_pictures(subject_capture):
+    findings = check_capture(fade_subject(subject_capture, [2, 3], 0))
+    assert [(finding.kind, finding.cameras) for finding in findings] == [
+        ("pose-disagrees", ("cam02", "cam03"))
+    ]
 
 
 @pytest.mark.parametrize("cameras", [4, 12, thorough(13), thorough(30)])
@@ -212,8 +234,8 @@ def test_a_rotated_camera_is_named(trace_capture, variant, axis, degrees):
 
 
 @pytest.mark.parametrize("paints_points", [False, True])
-def test_a_camera_that_sees_the_subject_elsewhere_is_named(trace_capture, paints_points):
-    capture = trace_capture(variant="bright-stage", cameras=12, has_masks=True)
+def test_a_camera_that_sees_the_subject_elsewhere_is_named(subject_capture, paints_points):
+    capture = subject_capture
     if paints_points:  # as points inside the subject
         colors = np.random.default_rng(0).integers(0, 256, capture.points.colors.shape, np.uint8)
         capture = paint_points(capture, colors)

@@ -18,9 +18,9 @@ def _make_recording(seed, gains=1.0, unreadable_frames=(), black_share=0.0):
     levels[:, : round(12 * black_share)] = 0
     levels *= np.broadcast_to(gains, _FRAME_COUNT)[:, None, None]
     levels[list(unreadable_frames)] = 0
-    is_readable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
+    is_usable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
     pictures = np.round(levels * 128).astype(np.uint16)
-    return Recording(1, pictures, is_readable, dict.fromkeys(unreadable_frames, "damaged"))
+    return Recording(1, pictures, is_usable, dict.fromkeys(unreadable_frames, "damaged"))
 
 
 def _find(*recordings):

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 
 from quarc_ref.encoder.checks.motion_checks import find_motion_faults
-from quarc_ref.encoder.checks.recording import Recording
+from quarc_ref.encoder.checks.recording import Recording, read_recordings
 from tests.encoder.toys import make_cameras
+from tests.encoder.transparent_toys import make_subject_capture
 
 _FRAME_COUNT = 5
 
@@ -15,8 +16,8 @@ def _make_recording(seed: int, unreadable_frames=(), *, is_frozen: bool = False)
     if is_frozen:
         pictures[:] = pictures[0]
     pictures[list(unreadable_frames)] = 0
-    is_readable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
-    return Recording(1, pictures, is_readable, dict.fromkeys(unreadable_frames, "damaged"))
+    is_usable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
+    return Recording(1, pictures, is_usable, dict.fromkeys(unreadable_frames, "damaged"))
 
 
 @pytest.mark.parametrize("unreadable_frames", [(), (1, 3), (0, 1, 2, 3, 4)])
@@ -31,6 +32,16 @@ def test_the_only_readable_camera_is_not_frozen():
 
     recordings = [_make_recording(0), unreadable, unreadable]
     assert list(find_motion_faults(make_cameras(3), recordings)) == []
+
+
+def test_a_camera_that_does_not_see_the_subject_is_not_frozen():
+    capture = make_subject_capture(seen_by=[0, 1, 3])
+
+    recordings = read_recordings(capture, lambda *_: None)
+
+    assert [recording.is_usable.all() for recording in recordings] == [True, True, False, True]
+    assert not recordings[2].is_usable.any()
+    assert list(find_motion_faults(capture.cameras, recordings)) == []
 
 
 @pytest.mark.parametrize("unreadable_frames", [(), (1,)])
