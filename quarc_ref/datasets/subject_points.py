@@ -18,6 +18,7 @@ from quarc_ref.datasets.camera_geometry import (
 )
 from quarc_ref.datasets.capture import Alpha, Image, Mask, Points
 from quarc_ref.datasets.errors import UnreadablePointsError
+from quarc_ref.datasets.findings import format_names
 from quarc_ref.format.cameras import Camera
 
 _MIN_POINTS, _MIN_GIVEN_POINTS = 100, 1000
@@ -112,11 +113,18 @@ def _draw_hull_points(
     hull_points: NDArray[np.float32] = np.concatenate(parts)[:_HULL_POINT_COUNT]
     if len(hull_points) < _MIN_POINTS:
         message = (
-            "no place is covered by the subject in all training views of frame 0: check that masks "
-            "or alpha channels belong to their cameras, and that the poses are right"
+            "no place is covered by the subject in all training views of frame 0"
+            f"{_describe_empty_views(cameras, alphas)}: check that masks or alpha channels belong "
+            "to their cameras, and that the poses are right"
         )
         raise UnreadablePointsError(message)
     return hull_points
+
+
+def _describe_empty_views(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> str:
+    """Name the cameras whose pictures are transparent everywhere; empty if there are none."""
+    names = [camera.name for camera, alpha in zip(cameras, alphas, strict=True) if not alpha.any()]
+    return f", and {format_names(names)} cannot see it at all" if names else ""
 
 
 def _find_ball(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> tuple[Float64Array, float]:

@@ -73,7 +73,7 @@ def test_wrong_alpha_in_one_of_twelve_pictures_removes_no_points():
 
     assert len(choose_subject_points(points, cameras, alphas, _paint).positions) == 1000
     alphas[5] = np.zeros_like(alphas[5])
-    with pytest.raises(UnreadablePointsError, match="no place is covered"):
+    with pytest.raises(UnreadablePointsError, match="cam04, cam05 cannot see it at all"):
         choose_subject_points(points, cameras, alphas, _paint)
 
 
