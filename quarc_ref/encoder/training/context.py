@@ -18,6 +18,8 @@ from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rendering
 
+_MAX_EXPOSURE_PIXELS = 10_000  # about; the sorting of more would take long
+
 
 @dataclass(frozen=True, slots=True)
 class Observers:
@@ -126,10 +128,11 @@ class TrainingContext:
         return image if mask is None else image * mask
 
     def exposure_pair(self, rendering: Rendering, view: int, frame: int) -> tuple[Tensor, Tensor]:
-        """Return the `[H, W, 3]` rendering and picture from which exposures are estimated.
+        """Return the rendering and the picture from which exposures are estimated.
 
-        Masked and transparent pixels are black in both. So are pixels that the subject has left:
-        in a camera that it leaves completely, they would be most of the rendering.
+        They are `[H, W, 3]`, and masked pixels are black. If the background is transparent, they
+        are `[P, 3]` pixels that the subject covers in the picture, on black. Other pixels do not
+        count: in a camera that the subject leaves, they would be most of the rendering.
 
         Args:
             rendering: Rendering of the view.
@@ -138,11 +141,13 @@ class TrainingContext:
         """
         image, picture = rendering.image, self.views.picture(view, frame)
         alpha = self.views.alpha(view, frame)
-        if alpha is not None:
-            image = image - (1 - rendering.alpha[..., None]) * self.background(view)
-            image = image * (alpha > 0)
-            picture = picture - (1 - alpha) * self.views.background(view)
-        return self.apply_mask(image, view, frame), picture
+        if alpha is None:
+            return self.apply_mask(image, view, frame), picture
+        image = image - (1 - rendering.alpha[..., None]) * self.background(view)
+        picture = picture - (1 - alpha) * self.views.background(view)
+        is_covered = alpha[..., 0] > 0
+        stride = max(1, int(is_covered.sum()) // _MAX_EXPOSURE_PIXELS)
+        return image[is_covered][::stride], picture[is_covered][::stride]
 
     def photometric_loss(self, image: Tensor, view: int, frame: int, lambda_dssim: float) -> Tensor:
         """Return the loss of a rendering compared with the picture of its view.

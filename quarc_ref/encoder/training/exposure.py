@@ -61,8 +61,8 @@ class Exposures:
 
         Args:
             view: Index of the view.
-            image: `[H, W, 3]` rendering.
-            picture: `[H, W, 3]` picture of the camera.
+            image: Rendering, `[H, W, 3]` or some of its pixels, `[P, 3]`.
+            picture: Picture of the camera, likewise.
             weight: Weight of the new estimate in the average, 0 to 1.
         """
         self.gains[view] = self.gains[view].lerp(estimate_gain(image, picture), weight)
@@ -72,7 +72,7 @@ class Exposures:
         """Replace the gains of every view with an estimate from its rendering and its picture.
 
         Args:
-            pairs: For each view, `[H, W, 3]` rendering and picture of frame 0.
+            pairs: For each view, rendering and picture of frame 0, `[H, W, 3]` or `[P, 3]`.
         """
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
@@ -85,7 +85,8 @@ class Exposures:
         reduced by 1 %.
 
         Args:
-            pairs: For each view, `[H, W, 3]` rendering of the previous frame, and picture.
+            pairs: For each view, rendering of the previous frame, and picture, `[H, W, 3]` or
+                `[P, 3]`.
         """
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
@@ -106,7 +107,7 @@ class Exposures:
 def estimate_gain(image: Tensor, picture: Tensor) -> Tensor:
     """Estimate the `[3]` gains that scale a rendering to a picture with the least squared error.
 
-    Only every fourth pixel in both directions is used, and saturated pixels are ignored.
+    Of images, only every fourth pixel in both directions is used. Saturated pixels are ignored.
     """
     image, picture = _sample_pixels(image), _sample_pixels(picture)
     unsaturated_image = image * (picture < _SATURATION_LEVEL)
@@ -122,6 +123,8 @@ def estimate_median_gain(image: Tensor, picture: Tensor) -> Tensor:
     that have moved or changed hardly affect them. The pixels are those of `estimate_gain`.
     """
     image, picture = _sample_pixels(image), _sample_pixels(picture)
+    if not len(image):
+        return image.new_ones(3)
     weights = image.clamp(min=0) * (picture < _SATURATION_LEVEL)
     ratios, order = (picture / image.clamp(min=_MIN_ENERGY)).sort(dim=0)
     weight_sums = weights.gather(0, order).double().cumsum(dim=0)
@@ -132,5 +135,7 @@ def estimate_median_gain(image: Tensor, picture: Tensor) -> Tensor:
 
 
 def _sample_pixels(image: Tensor) -> Tensor:
-    """Return `[P, 3]` pixels of an image `[H, W, 3]`, evenly spaced."""
+    """Return `[P, 3]` pixels of an image `[H, W, 3]`, evenly spaced, or `[P, 3]` pixels as is."""
+    if image.ndim == 2:
+        return image.detach()
     return image.detach()[::_PIXEL_STRIDE, ::_PIXEL_STRIDE].reshape(-1, 3)

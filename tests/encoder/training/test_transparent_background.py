@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import torch
 
+from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.description import describe_encode
@@ -88,6 +89,35 @@ def test_cameras_that_no_longer_see_the_subject_change_no_exposure():
     context = _make_context(make_subject_capture(seen_by=[1]))
     measure_error(context, from_splats(make_subject(0), CPU), fits_exposures=True)
     assert (context.exposures.gains - 1).abs().max() < 0.02
+
+
+class _FourPixels:
+    """Pictures or alpha of a subject of 2 x 2 pixels, which is darker in camera 1."""
+
+    def __init__(self, source, *, is_alpha):
+        self._source, self._is_alpha = source, is_alpha
+
+    def read(self, camera, frame):
+        levels = np.zeros_like(self._source(camera, frame))
+        gain = 0.7 if camera == 1 and not self._is_alpha else 1.0
+        block = np.s_[17:19, 25:27]
+        levels[block] = np.round(self._source(camera, frame)[block] * gain)
+        return levels
+
+
+def test_exposures_of_a_tiny_subject_are_those_of_its_pixels():
+    capture = make_subject_capture()
+    tiny = Capture(
+        "tiny", capture.cameras, 1, 30.0, capture.points,
+        _FourPixels(capture.image, is_alpha=False), "0" * 64,
+        alphas=_FourPixels(capture.alpha, is_alpha=True),
+    )  # fmt: skip
+    context = _make_context(tiny)
+
+    measure_error(context, from_splats(make_subject(0), CPU), fits_exposures=True)
+
+    expected = torch.tensor([[0.7], [1.0], [1.0]]).repeat(1, 3)
+    assert torch.allclose(context.exposures.gains, expected, atol=0.03)
 
 
 def test_a_part_of_a_capture_has_the_alpha_of_its_frames():
