@@ -2,6 +2,7 @@
 
 The folder contains PNG or JPEG files named `CAMERA/FRAME.png` or `FRAME/CAMERA.png`, or `FRAME.png`
 if there is only one camera. The last number in the name `FRAME` is the ordinal of the frame.
+Transparent pictures are put on black, as all other renderings.
 """
 
 from collections.abc import Collection, Mapping
@@ -10,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.arrangements import is_still
-from quarc_ref.datasets.stills import read_still
+from quarc_ref.datasets.stills import read_still, read_still_alpha
 from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
 from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.evaluation.metrics import Picture
@@ -63,6 +64,9 @@ class _RenderEntry(Entry):
 def _read_picture(path: Path, camera: Camera) -> Picture:
     levels = read_still(path, (camera.width, camera.height))
     picture: Picture = levels.astype(np.float32) / np.float32(255)
+    alpha = read_still_alpha(path)
+    if alpha is not None:
+        picture *= alpha[..., None] / np.float32(255)
     return picture
 
 

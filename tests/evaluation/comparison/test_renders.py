@@ -6,6 +6,7 @@ import pytest
 from quarc_ref.datasets.video_writer import build_png
 from quarc_ref.evaluation.comparison.entries import EntryError, Label
 from quarc_ref.evaluation.comparison.renders import open_renders
+from tests.encoder.toys import HEIGHT, WIDTH, make_cameras
 
 LABEL = Label("method", "point")
 PNG = build_png(np.zeros((16, 16, 3), np.uint8))
@@ -34,3 +35,15 @@ def test_two_files_of_one_picture_are_rejected(tmp_path, pattern):
 
     with pytest.raises(EntryError, match=r"same frame number|two pictures of cam0"):
         open_renders(tmp_path, LABEL, ["cam0"], None)
+
+
+def test_transparent_pictures_are_put_on_black(tmp_path):
+    (camera,) = make_cameras(1)
+    levels = np.random.default_rng(0).integers(0, 256, (HEIGHT, WIDTH, 4), np.uint8)
+    (tmp_path / "0000.png").write_bytes(build_png(levels))
+
+    entry = open_renders(tmp_path, LABEL, [camera.name], None)
+    picture = entry.render(0, {camera.name: camera})[camera.name]
+
+    expected = levels[..., :3].astype(float) * levels[..., 3:] / 255**2
+    assert np.allclose(picture, expected, atol=1e-6)
