@@ -55,6 +55,8 @@ def read_still(path: Path, size: tuple[int, int] | None = None) -> Image:
 def read_still_alpha(path: Path) -> Alpha | None:
     """Read the alpha channel `[H, W]` of a PNG file; return None if the file has none.
 
+    Alpha with 16 bits is rounded to 8 bits.
+
     Raises:
         MissingFileError: The file does not exist.
         UnreadableVideoError: The file is not a picture, or has an EXIF orientation.
@@ -62,6 +64,9 @@ def read_still_alpha(path: Path) -> Alpha | None:
     frame = decode_still(path)
     if frame.format.name not in _ALPHA_FORMATS:
         return None
+    if frame.format.components[0].bits > MAX_LEVEL_BITS:
+        levels = frame.to_ndarray(format="rgba64le")[..., 3] / _DEEP_LEVELS_PER_LEVEL
+        return np.asarray(np.rint(levels), dtype=np.uint8)
     alpha = np.ascontiguousarray(frame.to_ndarray(format="rgba")[..., 3], dtype=np.uint8)
     is_opaque_palette = frame.format.name == _PALETTE_FORMAT and alpha.min() == _OPAQUE
     return None if is_opaque_palette else alpha

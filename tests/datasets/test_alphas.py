@@ -149,6 +149,14 @@ def test_alpha_of_another_size_in_a_later_frame_is_an_error(masked_folder):
         capture.image(0, 4)
 
 
+def test_alpha_with_16_bits_is_rounded(tmp_path):
+    levels = np.random.default_rng(0).integers(0, 65536, (32, 48, 4)).astype(np.uint16)
+    levels[:4, :, 3] = np.arange(4 * 48).reshape(4, 48)  # below half of a level, or just above
+    cv2.imwrite(str(tmp_path / "deep.png"), levels)
+    alpha = read_still_alpha(tmp_path / "deep.png")
+    assert np.array_equal(alpha, np.rint(levels[..., 3] / 257))
+
+
 @pytest.mark.parametrize("channels", [1, 3])
 def test_a_picture_without_an_alpha_channel_has_no_alpha(tmp_path, channels):
     cv2.imwrite(str(tmp_path / "a.png"), np.zeros((8, 8, channels), np.uint8))
