@@ -112,18 +112,20 @@ def _draw_hull_points(
             break
     hull_points: NDArray[np.float32] = np.concatenate(parts)[:_HULL_POINT_COUNT]
     if len(hull_points) < _MIN_POINTS:
+        empty_views = _describe_empty_views(cameras, covered_pixels)
         message = (
-            "no place is covered by the subject in all training views of frame 0"
-            f"{_describe_empty_views(cameras, alphas)}: check that masks or alpha channels belong "
-            "to their cameras, and that the poses are right"
+            f"no place is covered by the subject in all training views of frame 0{empty_views}: "
+            "check that masks or alpha channels belong to their cameras, and that the poses are "
+            "right"
         )
         raise UnreadablePointsError(message)
     return hull_points
 
 
-def _describe_empty_views(cameras: Sequence[Camera], alphas: Sequence[Alpha]) -> str:
+def _describe_empty_views(cameras: Sequence[Camera], covered_pixels: Sequence[Mask]) -> str:
     """Name the cameras whose pictures are transparent everywhere; empty if there are none."""
-    names = [camera.name for camera, alpha in zip(cameras, alphas, strict=True) if not alpha.any()]
+    pairs = zip(cameras, covered_pixels, strict=True)
+    names = [camera.name for camera, covered in pairs if not covered.any()]
     return f", and {format_names(names)} cannot see it at all" if names else ""
 
 
