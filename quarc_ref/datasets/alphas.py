@@ -36,7 +36,8 @@ class FileAlphas:
         self._names = tuple(names)
         self._pictures, self._masks = footage.source, footage.masks
         self._first_frames = tuple(first_frames)
-        self._last: tuple[tuple[int, int], Alpha] | None = None  # read with picture and alpha
+        # The last alpha is kept, because it is read for the picture and then for itself.
+        self._last: tuple[tuple[int, int], Alpha] | None = None
 
     def read(self, camera: int, frame: int) -> Alpha:
         """Read alpha, as described for `AlphaSource.read`."""
@@ -60,15 +61,19 @@ class FileAlphas:
         return alpha
 
 
-def find_ignored_alpha(footage: Footage) -> Finding | None:
+def find_ignored_alpha(footage: Footage, camera: int) -> Finding | None:
     """Return a finding if pictures are transparent, but the capture does not say so.
 
-    Only frame 0 of the first camera is read. There is no finding if the capture has masks.
+    There is no finding if the capture has masks.
+
+    Args:
+        footage: The pictures on disk.
+        camera: Index of the camera whose frame 0 is read.
 
     Raises:
         CaptureError: The picture cannot be read.
     """
-    path = footage.source.paths[0][0]
+    path = footage.source.paths[camera][0]
     alpha = None if footage.masks or is_video(path) else read_still_alpha(path)
     if alpha is None or alpha.all():
         return None

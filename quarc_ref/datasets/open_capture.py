@@ -102,6 +102,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
     )
     points = choose_points(footage.points, cameras, training, media, key)
     common_count = synchronized_pictures.frame_count
+    ignored_alpha = None if media.alphas else find_ignored_alpha(footage, training[0])
     return Capture(
         name=path.resolve().name,
         cameras=[
@@ -113,7 +114,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         points=points,
         source=media.pictures,
         fingerprint=fingerprint,
-        findings=footage.findings,
+        findings=(*footage.findings, *filter(None, [ignored_alpha])),
         start=options.start,
         notes=notes,
         masks=media.masks,
@@ -177,7 +178,6 @@ def _synchronize(
         compare_rotations(names, footage.source.rotations),
         find_hdr_videos(names, footage.source.hdr_flags),
         compare_color_matrices(names, footage.source.color_matrices),
-        None if notes.has_transparent_background else find_ignored_alpha(footage),
     ]
     if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
         lengths = footage.source.lengths

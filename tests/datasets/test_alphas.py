@@ -114,6 +114,8 @@ def test_alpha_channels_are_used_without_masks(rgba_folder):
 
 
 def test_a_capture_that_does_not_use_its_alpha_channels_is_told_how_to(rgba_folder):
+    opaque = np.zeros((32, 48, 3), np.uint8)
+    write_picture(rgba_folder / "images" / "cam00.png", opaque)  # held out, so it is not read
     (finding,) = open_capture(rgba_folder).findings
     assert finding.kind == "transparency-ignored"
     assert '{"background": "transparent"}' in finding.message
