@@ -37,14 +37,16 @@ _ENCODER_OPTIONS = {
 
 
 def parse_background(text: str | None) -> "Color | None":
-    """Return the color of a background, 0 to 1; None if it is transparent.
+    """Return the color of a background, 0 to 1 (default: black); None if it is transparent.
 
     Raises:
         UsageError: The text is no color.
     """
     if text == "transparent":
         return None
-    code = _NAMED_COLORS.get(text or "black", text or "")
+    if text is None:
+        text = "black"
+    code = _NAMED_COLORS.get(text, text)
     if not _COLOR_CODE.fullmatch(code):
         message = f"--background is {text!r}, not black, white, transparent or a color like #ff8000"
         raise UsageError(message)
@@ -61,7 +63,7 @@ def reject_conflicts(
         "--pixels is for videos, not for PNG files": not is_video and pixel_format,
         "--to npz needs --depth": kind == "npz" and not depth,
         f"--depth cannot be combined with --to {kind}": depth and is_video,
-        "--depth has no --background": depth and background,
+        "--depth cannot be combined with --background": depth and background,
         "videos cannot be transparent: choose another --background, or --to png": (
             is_video and background == "transparent"
         ),

@@ -48,8 +48,7 @@ def choose_subject_points(
         read_picture: Returns the picture of a camera in frame 0, by its index in `cameras`.
 
     Raises:
-        UnreadablePointsError: The alpha is 0 in all pictures of all cameras but one, or the
-            cameras have no visual hull.
+        UnreadablePointsError: Fewer than two cameras see the subject, or its visual hull is empty.
     """
     covered_pixels = [find_covered_pixels(alpha) for alpha in alphas]
     if points is not None:

@@ -182,7 +182,7 @@ def test_a_stream_of_standard_input_is_rendered_too(small_stream, tmp_path):
         (["--to", "mp4", "--width", "20000"], "too large for H.264: the limits are 16,384 pixels"),
         (["--to", "mp4", "--width", f"1{'0' * 400}"], "too large"),
         (["--to", "mp4", "--background", "transparent"], "videos cannot be transparent"),
-        (["--depth", "--background", "white"], "--depth has no --background"),
+        (["--depth", "--background", "white"], "--depth cannot be combined with --background"),
         (["--background", "mauve"], "not black, white, transparent or a color like #ff8000"),
         (["--background", "#ff800"], "--background is '#ff800'"),
     ],

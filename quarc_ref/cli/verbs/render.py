@@ -91,8 +91,8 @@ def render(
             "--fps",
             min=1.0,
             max=1000.0,
-            help="Frames per second of the video. Without --pictures, there are as many more "
-            "pictures, so that the video lasts as long as the stream.",
+            help="Frames per second of the video. Without --pictures, the number of pictures is "
+            "chosen so that the video lasts as long as the stream.",
             show_default="that of the stream",
         ),
     ] = None,
