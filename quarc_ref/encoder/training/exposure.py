@@ -71,18 +71,20 @@ class Exposures:
     def estimate_all(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Replace the gains of every view with an estimate from its rendering and its picture.
 
+        Gains that cannot be estimated, for example those of a black picture, become 1.
+
         Args:
             pairs: For each view, rendering and picture of frame 0, `[H, W, 3]` or `[P, 3]`.
         """
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
-        self._first_gains = self.gains
+        self.gains = self._first_gains = self.gains.nan_to_num(1)
 
     def follow(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Change the gains of `estimate_all` to those of a later frame.
 
         Changes of up to 1 % may be errors of the estimate and are ignored; larger changes are
-        reduced by 1 %.
+        reduced by 1 %. Gains that cannot be estimated remain those of `estimate_all`.
 
         Args:
             pairs: For each view, rendering of the previous frame, and picture, `[H, W, 3]` or
@@ -90,7 +92,7 @@ class Exposures:
         """
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
-        changes = torch.log(self.gains / self._first_gains)
+        changes = torch.log(self.gains / self._first_gains).nan_to_num(0)
         self.gains = self._first_gains * torch.nn.functional.softshrink(changes, _MAX_NOISE).exp()
 
     def restore(self, gains: Tensor) -> None:
@@ -100,7 +102,7 @@ class Exposures:
 
     def _normalize_gains(self) -> None:
         """Normalize the median gain to 1 and clear the cache of corrected pictures."""
-        self.gains /= self.gains.quantile(0.5, dim=0)
+        self.gains /= self.gains.nanquantile(0.5, dim=0)
         self._corrected_pictures = WeakTensorKeyDictionary()
 
 
@@ -120,18 +122,19 @@ def estimate_median_gain(image: Tensor, picture: Tensor) -> Tensor:
     """Estimate the `[3]` gains that scale a rendering to a picture with the least absolute error.
 
     These are medians of the ratios of the pixels, weighted by the rendering. Parts of the picture
-    that have moved or changed hardly affect them. The pixels are those of `estimate_gain`.
+    that have moved or changed hardly affect them. The pixels are those of `estimate_gain`. Gains
+    that cannot be estimated are NaN.
     """
     image, picture = _sample_pixels(image), _sample_pixels(picture)
     if not len(image):
-        return image.new_ones(3)
+        return image.new_full((3,), torch.nan)
     weights = image.clamp(min=0) * (picture < _SATURATION_LEVEL)
     ratios, order = (picture / image.clamp(min=_MIN_ENERGY)).sort(dim=0)
     weight_sums = weights.gather(0, order).double().cumsum(dim=0)
     total_weights = weight_sums[-1]
     medians = (weight_sums < total_weights / 2).sum(dim=0).clamp(max=len(ratios) - 1)
     gains = ratios.gather(0, medians[None])[0]
-    return torch.where(total_weights > _MIN_ENERGY, gains, 1.0).clamp(_MIN_GAIN, _MAX_GAIN)
+    return torch.where(total_weights > _MIN_ENERGY, gains, torch.nan).clamp(_MIN_GAIN, _MAX_GAIN)
 
 
 def _sample_pixels(image: Tensor) -> Tensor:

@@ -42,14 +42,18 @@ def test_saturated_pixels_are_ignored(estimate):
     assert torch.allclose(estimate(image, picture), torch.tensor(1.2), rtol=1e-4)
 
 
-@_for_each_estimator
-def test_a_black_image_gives_no_gain(estimate):
-    assert torch.equal(estimate(torch.zeros(4, 4, 3), _make_image()[:4, :4]), torch.ones(3))
-
-
-@_for_each_estimator
-def test_a_white_picture_gives_no_gain(estimate):
-    assert torch.equal(estimate(_make_image(), torch.ones(12, 16, 3)), torch.ones(3))
+@pytest.mark.parametrize(
+    ("image", "picture"),
+    [
+        (torch.zeros(12, 16, 3), _make_image()),
+        (_make_image(), torch.ones(12, 16, 3)),
+        (torch.zeros(0, 3), torch.zeros(0, 3)),
+    ],
+    ids=["black image", "white picture", "no pixels"],
+)
+def test_without_evidence_there_is_no_gain(image, picture):
+    assert torch.equal(estimate_gain(image, picture), torch.ones(3))
+    assert torch.isnan(estimate_median_gain(image, picture)).all()
 
 
 @_for_each_estimator
@@ -96,6 +100,21 @@ def test_gains_follow_changes_that_are_no_errors_of_the_estimate():
     expected = torch.tensor([1.0, 1.0, 1.2 / 1.01, 1.0])
     assert torch.allclose(exposures.gains / first_gains, expected[:, None], rtol=3e-3)
     assert torch.equal(exposures.gains[0], first_gains[0])
+
+
+def test_a_gain_that_cannot_be_estimated_keeps_its_first_value():
+    image, black = _make_image(), torch.zeros(12, 16, 3)
+    exposures = Exposures(4, _CPU)
+
+    exposures.estimate_all((image, image * gain) for gain in (0.8, 0.9, 0.9, 1.2))
+    first_gains = exposures.gains
+    exposures.follow(
+        (image, picture) for picture in (torch.ones(12, 16, 3), *(image * g for g in (1, 1, 1.2)))
+    )
+
+    assert torch.equal(exposures.gains[0], first_gains[0])
+    exposures.estimate_all((black, image) for _ in range(4))
+    assert torch.equal(exposures.gains, torch.ones(4, 3))
 
 
 def test_a_corrected_picture_is_kept_until_the_gains_change():
