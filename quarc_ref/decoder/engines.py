@@ -27,7 +27,11 @@ def choose_engine(threads: int = 1) -> Engine[Any]:
     Raises:
         EnvironmentVariableError: QUARC_REF_ENGINE names an unknown engine, or one that is
             not installed in the right version.
+        ValueError: `threads` is below 1.
     """
+    if threads < 1:
+        message = f"threads ({threads}) must be at least 1"
+        raise ValueError(message)
     engine_name = _engine.get() or os.environ.get("QUARC_REF_ENGINE")
     if engine_name not in (None, "", REFERENCE, FAST):
         message = f"QUARC_REF_ENGINE is {engine_name!r}; it must be {REFERENCE} or {FAST}"

@@ -44,6 +44,16 @@ def test_the_number_of_threads_is_limited(monkeypatch):
     assert [engines.choose_engine(count) for count in (2, 100_000)] == [2, engines.MAX_THREADS]
 
 
+@pytest.mark.parametrize("engine_name", [REFERENCE, pytest.param(FAST, marks=needs_fast)])
+@pytest.mark.parametrize("threads", [0, -1])
+def test_an_engine_needs_a_thread(engine_name, threads):
+    with (
+        engines.use_engine(engine_name),
+        pytest.raises(ValueError, match=rf"threads \({threads}\) must be at least 1"),
+    ):
+        engines.choose_engine(threads)
+
+
 def test_a_missing_fast_engine_is_replaced_unless_it_is_requested(monkeypatch):
     monkeypatch.setattr(engines, "find_fast_engine", lambda: None)
     monkeypatch.delenv("QUARC_REF_ENGINE", raising=False)
