@@ -1,0 +1,273 @@
+using System;
+using System.Collections.Generic;
+using System.Runtime.InteropServices;
+using System.Text;
+
+namespace Quarc
+{
+    /// <summary>What <see cref="Decoder.Pull"/> has found.</summary>
+    public enum Status
+    {
+        /// <summary>More bytes are needed before the next result.</summary>
+        NeedsBytes = Native.Ok,
+
+        /// <summary>The next frame is available.</summary>
+        Frame = Native.Frame,
+
+        /// <summary>In recovery: a part of the stream is missing here.</summary>
+        Gap = Native.Gap,
+
+        /// <summary>The stream has ended.</summary>
+        End = Native.End,
+    }
+
+    /// <summary>A stream was rejected, or exceeds what the decoder supports.</summary>
+    public sealed class StreamException : Exception
+    {
+        internal StreamException(string message, string rejectId) : base(message)
+        {
+            RejectId = rejectId;
+        }
+
+        /// <summary>
+        /// The rule of SPEC 3.3 that the stream breaks; null if a stream of the unlimited level needs
+        /// more than this decoder supports.
+        /// </summary>
+        public string RejectId { get; }
+    }
+
+    /// <summary>
+    /// Decodes a stream. <see cref="FrameReader"/> is simpler if the stream is a file. A decoder may be
+    /// used by one thread at a time; different decoders are independent.
+    /// </summary>
+    public sealed class Decoder : IDisposable
+    {
+        private readonly DecoderHandle handle;
+        private readonly Splats splats = new Splats();
+        private NativeState state;
+
+        private Decoder(DecoderHandle handle)
+        {
+            this.handle = handle;
+        }
+
+        /// <summary>The version of the C library, such as "1.1.0".</summary>
+        public static string LibraryVersion => Marshal.PtrToStringAnsi(Native.quarc_version());
+
+        /// <summary>Ordinal of the current frame.</summary>
+        public uint Frame => state.Frame;
+
+        /// <summary>Number of Gaussians of the current frame.</summary>
+        public int Count => checked((int)state.Count);
+
+        /// <summary>Decodes the frames of a stream as its bytes arrive (<see cref="Push"/>).</summary>
+        public static Decoder Open()
+        {
+            return new Decoder(Native.quarc_open());
+        }
+
+        /// <summary>
+        /// Decodes the frames from an ordinal on, and skips what it need not decode (SPEC 11.2). The whole
+        /// stream is buffered, and no frame is returned before <see cref="Finish"/>.
+        /// </summary>
+        public static Decoder OpenAt(uint start)
+        {
+            return new Decoder(Native.quarc_open_seek(start));
+        }
+
+        /// <summary>
+        /// Decodes the frames from an ordinal on, and reads only the byte ranges that it needs:
+        /// <see cref="TryGetMissing"/> names them, <see cref="Put"/> passes them.
+        /// </summary>
+        public static Decoder OpenParts(uint start)
+        {
+            return new Decoder(Native.quarc_open_parts(start));
+        }
+
+        /// <summary>
+        /// Decodes the intact frames of a damaged stream, and reports its gaps (SPEC 11.4). The whole
+        /// stream is buffered, and no frame is returned before <see cref="Finish"/>.
+        /// </summary>
+        public static Decoder OpenRecovery()
+        {
+            return new Decoder(Native.quarc_open_recover());
+        }
+
+        /// <summary>Passes the next bytes of the stream, in pieces of any size; they are copied.</summary>
+        public void Push(byte[] bytes, int offset, int count)
+        {
+            if (count > 0)
+                Require(Native.quarc_push(handle, ref Slice(bytes, offset, count), (UIntPtr)count));
+        }
+
+        /// <summary>Declares the end of the stream; then call <see cref="Pull"/> until it ends.</summary>
+        public void Finish()
+        {
+            Require(Native.quarc_finish(handle));
+        }
+
+        /// <summary>Decodes the next frame.</summary>
+        /// <exception cref="StreamException">
+        /// The stream is rejected. All frames before the fault were returned.
+        /// </exception>
+        public Status Pull()
+        {
+            NativeState next;
+            int status = Native.quarc_pull(handle, out next);
+            state = status == Native.Frame ? next : default(NativeState);
+            return (Status)Require(status);
+        }
+
+        /// <summary>Returns the parameters of the stream, at the latest at the first frame.</summary>
+        public Head GetHead()
+        {
+            NativeHead head;
+            Require(Native.quarc_head(handle, out head));
+            return new Head(head);
+        }
+
+        /// <summary>
+        /// Converts the current frame to floats. The result is the same object for every frame, and only
+        /// arrays that have changed are written.
+        /// </summary>
+        public Splats Dequantize()
+        {
+            NativeSplats native;
+            Require(Native.quarc_dequantize(handle, out native));
+            splats.Update(native);
+            return splats;
+        }
+
+        /// <summary>
+        /// Returns the ids of the current frame's Gaussians, ascending. A Gaussian keeps its id up to the
+        /// next canonical frame.
+        /// </summary>
+        public uint[] GetIds()
+        {
+            if (handle.IsClosed)
+                throw new ObjectDisposedException(nameof(Decoder));
+            var ids = new uint[Count];
+            if (ids.Length == 0)
+                return ids;
+            var bits = new int[ids.Length];
+            Marshal.Copy(state.Ids, bits, 0, bits.Length);
+            Buffer.BlockCopy(bits, 0, ids, 0, sizeof(uint) * ids.Length);
+            return ids;
+        }
+
+        /// <summary>Returns the SHA-256 of the current frame's state (SPEC 9.1) in hexadecimal.</summary>
+        public string GetDigest()
+        {
+            var digits = new byte[Native.DigestSize];
+            Require(Native.quarc_digest(handle, digits));
+            return Encoding.ASCII.GetString(digits, 0, digits.Length - 1);
+        }
+
+        /// <summary>Returns what is missing, after <see cref="Status.Gap"/>.</summary>
+        public Gap GetGap()
+        {
+            NativeGap gap;
+            Require(Native.quarc_gap(handle, out gap));
+            return new Gap(gap);
+        }
+
+        /// <summary>Returns the cameras that the stream contains up to the current frame.</summary>
+        public List<Camera> GetCameras()
+        {
+            var cameras = new List<Camera>();
+            NativeCamera camera;
+            while (Native.quarc_camera(handle, (UIntPtr)cameras.Count, out camera) == Native.Ok)
+                cameras.Add(new Camera(camera));
+            return cameras;
+        }
+
+        /// <summary>Returns the metadata that the stream contains up to the current frame.</summary>
+        public Dictionary<string, string> GetMetadata()
+        {
+            var metadata = new Dictionary<string, string>();
+            NativeEntry entry;
+            while (Native.quarc_metadata(handle, (UIntPtr)metadata.Count, out entry) == Native.Ok)
+                metadata.Add(entry.Key.ToString(), entry.Value.ToString());
+            return metadata;
+        }
+
+        /// <summary>Passes bytes from an offset of the stream to a decoder of byte ranges.</summary>
+        public void Put(ulong position, byte[] bytes, int offset, int count)
+        {
+            if (count > 0)
+                Require(Native.quarc_put(
+                    handle, position, ref Slice(bytes, offset, count), (UIntPtr)count));
+        }
+
+        /// <summary>
+        /// Tells a decoder of byte ranges the length of the whole stream in bytes. Do not call this for a
+        /// stream that is still being written.
+        /// </summary>
+        public void SetLength(ulong length)
+        {
+            Require(Native.quarc_limit(handle, length));
+        }
+
+        /// <summary>
+        /// Gets the bytes that the last <see cref="Pull"/> or <see cref="TryGetIndex"/> lacked, from
+        /// <paramref name="begin"/> to <paramref name="end"/> - 1. Returns false if none are missing.
+        /// </summary>
+        public bool TryGetMissing(out ulong begin, out ulong end)
+        {
+            var range = new ulong[2];
+            bool isMissing = Native.quarc_missing(handle, range) == Native.Ok;
+            begin = range[0];
+            end = range[1];
+            return isMissing;
+        }
+
+        /// <summary>
+        /// Reads the index of a complete stream, in a decoder of byte ranges: the number of frames, and the
+        /// ordinals of the canonical ones. Returns false if bytes are missing (<see
+        /// cref="TryGetMissing"/>), or if the stream has no intact index and none are missing.
+        /// </summary>
+        public bool TryGetIndex(out uint frameCount, out uint[] canonicalFrames)
+        {
+            var numbers = new uint[2];
+            canonicalFrames = new uint[0];
+            int status = Require(
+                Native.quarc_index(handle, numbers, canonicalFrames, UIntPtr.Zero));
+            frameCount = numbers[0];
+            if (status != Native.Frame)
+                return false;
+            canonicalFrames = new uint[numbers[1]];
+            Require(Native.quarc_index(handle, numbers, canonicalFrames, (UIntPtr)numbers[1]));
+            return true;
+        }
+
+        /// <summary>Frees the decoder.</summary>
+        public void Dispose()
+        {
+            handle.Dispose();
+        }
+
+        private static ref byte Slice(byte[] bytes, int offset, int count)
+        {
+            var slice = new ArraySegment<byte>(bytes, offset, count); // checks the range
+            return ref slice.Array[slice.Offset];
+        }
+
+        /// <summary>Returns a status that is no error.</summary>
+        private int Require(int status)
+        {
+            if (status >= 0)
+                return status;
+            if (status == Native.Misuse)
+                throw new InvalidOperationException("this call is not allowed now: see quarc.h");
+            string message = ReadText(Native.quarc_message(handle));
+            if (status == Native.Rejected || status == Native.Limit)
+                throw new StreamException(message, ReadText(Native.quarc_reject_id(handle)));
+            throw new InvalidOperationException("the decoder has failed: " + message);
+        }
+
+        private static string ReadText(IntPtr text)
+        {
+            return Marshal.PtrToStringAnsi(text);
+        }
+    }
+}
