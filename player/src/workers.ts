@@ -4,6 +4,7 @@ import decoderCode from "worker:decode/worker";
 import sorterCode from "worker:sort/worker";
 import type { DecodeRequest, PlayerFault } from "./protocol.js";
 import { makeFault } from "./stream-error.js";
+import { trust } from "./trusted.js";
 
 const urlByCode = new Map<string, string>();
 
@@ -29,5 +30,5 @@ export function describeWorkerError({ message }: ErrorEvent): PlayerFault {
 function startWorker(code: string): Worker {
   const url = urlByCode.get(code) ?? URL.createObjectURL(new Blob([code], { type: "text/javascript" }));
   urlByCode.set(code, url);
-  return new Worker(url);
+  return new Worker(trust().createScriptURL(url));
 }

@@ -53,6 +53,17 @@ browserTest("the Content-Security-Policy that README.md names allows everything 
   assert.equal(await page.run((player) => getComputedStyle(player).backgroundColor), "rgb(13, 15, 18)");
 });
 
+browserTest("pages that require Trusted Types can allow the player's policy", async () => {
+  const policy = "require-trusted-types-for 'script'; trusted-types quarc-player";
+  const html = `<!doctype html><meta http-equiv="Content-Security-Policy" content="${policy}">
+<script type="module" src="quarc-player.js"></script><quarc-player src="stream.quarc"></quarc-player>`;
+  await using page = await PlayerPage.open({ files: { "/": html } }); // fails if the console shows an error
+  await page.run(async (player) => {
+    if (player.frame === null) await new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+  });
+  assert.equal(await page.run((player) => player.shadowRoot?.querySelectorAll("button svg").length !== 0), true);
+});
+
 browserTest("an element keeps its style when it is moved to another window", async () => {
   await using page = await PlayerPage.open();
   const color = await page.run((player) => {

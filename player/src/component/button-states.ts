@@ -1,6 +1,7 @@
 /** Shows states of the player on its buttons. */
 
 import type { Player } from "../player.js";
+import { trust } from "../trusted.js";
 import { ICONS } from "./icons.js";
 import { SPEEDS } from "./layout.js";
 
@@ -21,7 +22,7 @@ export function showSound(button: HTMLButtonElement, { audioState, muted }: Play
 
 function showAction(button: HTMLButtonElement, icon: string, label: string, key: string): void {
   if (button.ariaLabel === label) return; // replacing the icon during a press would lose the click
-  button.innerHTML = icon;
+  button.innerHTML = trust().createHTML(icon);
   button.ariaLabel = label;
   button.title = `${label} (${key})`;
 }

@@ -1,5 +1,6 @@
 /** The elements of the component. */
 
+import { trust } from "../trusted.js";
 import { ICONS } from "./icons.js";
 import { STYLE } from "./style.js";
 
@@ -71,7 +72,7 @@ const TEMPLATE = `<div class="frame">
 
 /** Fill a shadow root with the elements of the component, and return them. */
 export function createLayout(root: ShadowRoot): Layout {
-  root.innerHTML = TEMPLATE;
+  root.innerHTML = trust().createHTML(TEMPLATE);
   // Unlike the element `style`, a style sheet needs no permission in the page's Content-Security-Policy.
   const { defaultView } = root.ownerDocument; // the page may have moved the element to another window
   const styleSheet = new (defaultView ?? window).CSSStyleSheet();

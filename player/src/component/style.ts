@@ -47,7 +47,7 @@ select { font: inherit; height: 30px; max-width: 190px; padding: 0 6px; margin: 
 #camera:not(:has(option)) { visibility: hidden; } /* no stream yet */
 .statistics { position: absolute; top: 10px; left: 10px; max-height: calc(100% - 20px); overflow-y: auto; margin: 0;
   padding: 8px 12px; border-radius: 6px;
-  background: #0d0f12cc; display: grid; grid-template-columns: auto auto; gap: 1px 14px; pointer-events: none;
+  background: #0d0f12e6; display: grid; grid-template-columns: auto auto; gap: 1px 14px; pointer-events: none;
   font-size: 12px; font-variant-numeric: tabular-nums; }
 .statistics dt { color: #8b94a1; }
 .statistics dd { margin: 0; text-align: right; }
