@@ -11,6 +11,7 @@ from pathlib import Path
 
 import av
 from av.container import InputContainer
+from av.stream import Disposition
 from av.video.stream import VideoStream
 
 from quarc_ref.datasets.calibration import MAX_PIXELS, require_picture_size
@@ -70,6 +71,12 @@ def open_media(path: Path) -> InputContainer:
         reason = error.strerror
         message = f"{path} cannot be opened as mp4, mov, mkv or webm ({reason}): export it again"
         raise UnreadableVideoError(message) from error
+
+
+def find_video_stream(container: InputContainer) -> VideoStream | None:
+    """Return the first video stream of a file; None if it has only attached pictures or sound."""
+    streams = container.streams.video
+    return next((s for s in streams if not s.disposition & Disposition.attached_pic), None)
 
 
 def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFrame:
@@ -145,10 +152,10 @@ def _lacks_frame_table(path: Path) -> bool:
 
 
 def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:
-    if not container.streams.video:
+    stream = find_video_stream(container)
+    if stream is None:
         message = f"{path} contains no video"
         raise UnreadableVideoError(message)
-    stream = container.streams.video[0]
     if not hasattr(stream, "width"):  # The attribute is missing if FFmpeg has no decoder.
         message = f"no decoder is available for the video in {path}: export it again as H.264"
         raise UnreadableVideoError(message)

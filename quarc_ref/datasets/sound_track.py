@@ -10,7 +10,7 @@ from av.audio.stream import AudioStream
 from av.container import InputContainer, OutputContainer
 
 from quarc_ref.datasets.errors import NoSoundError, UnreadableVideoError
-from quarc_ref.datasets.media import open_media
+from quarc_ref.datasets.media import find_video_stream, open_media
 
 _COPIED_CODECS: dict[str, Literal["m4a", "webm"]] = {"aac": "m4a", "opus": "webm"}
 _MUXERS = {"m4a": "ipod", "webm": "webm"}
@@ -69,10 +69,10 @@ def extract_sound_track(path: Path) -> SoundTrack:
 
 
 def _first_picture_time(container: InputContainer) -> float:
-    for stream in container.streams.video:
-        if stream.start_time is not None and stream.time_base is not None:
-            return float(stream.start_time * stream.time_base)
-    return 0.0
+    stream = find_video_stream(container)
+    if stream is None or stream.start_time is None or stream.time_base is None:
+        return 0.0
+    return float(stream.start_time * stream.time_base)
 
 
 def _copy(container: InputContainer, stream: AudioStream, output: OutputContainer) -> float | None:

@@ -72,7 +72,7 @@ def change_boxes(data, change_box):
             payload = change_boxes(payload, change_box)
         new_payload = change_box(box_type, payload)
         if new_payload is not None:
-            new_data += struct.pack(">I4s", len(new_payload) + 8, box_type) + new_payload
+            new_data += _box(box_type, new_payload)
     return new_data
 
 
@@ -84,6 +84,25 @@ def show_video(data, display):
         return payload.replace(stored_matrix, display_matrix) if box_type == b"tkhd" else payload
 
     return change_boxes(data, change_box)
+
+
+def attach_picture(data, jpeg):
+    """Return an mp4 file with a picture, such as a cover, that precedes its tracks."""
+    handler = _box(b"hdlr", bytes(8) + b"mdirappl" + bytes(9))
+    cover = _box(b"covr", _box(b"data", struct.pack(">II", 13, 0) + jpeg))
+    attachment = _box(b"udta", _box(b"meta", bytes(4) + handler + _box(b"ilst", cover)))
+
+    def change_box(box_type, payload):
+        if box_type != b"moov":
+            return payload
+        header_end = payload.index(b"trak") - 4
+        return payload[:header_end] + attachment + payload[header_end:]
+
+    return change_boxes(data, change_box)
+
+
+def _box(box_type, payload):
+    return struct.pack(">I4s", len(payload) + 8, box_type) + payload
 
 
 def _pack_matrix(numbers):

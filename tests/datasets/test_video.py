@@ -10,7 +10,7 @@ from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, Unr
 from quarc_ref.datasets.stills import read_still
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
-from tests.datasets import scenes
+from tests.datasets import forgeries, scenes
 
 FRAME_COUNT = 11
 
@@ -143,6 +143,17 @@ def test_every_cut_of_a_video_is_rejected_by_name(video, tmp_path):
         path.write_bytes(data[:length])
         with pytest.raises((TruncatedVideoError, UnreadableVideoError), match=r"cut.mp4"):
             VideoReader(path)
+
+
+def test_a_picture_that_is_attached_to_a_video_is_no_frame(tmp_path, decoded_frames):
+    is_encoded, jpeg = cv2.imencode(".jpg", np.full((32, 48, 3), 99, np.uint8))
+    path = tmp_path / "cam00.mp4"
+    scenes.write_video(path, decoded_frames)
+    expected_frames = scenes.read_video(path)
+    path.write_bytes(forgeries.attach_picture(path.read_bytes(), jpeg.tobytes()))
+
+    assert is_encoded
+    assert np.array_equal(VideoReader(path).read(3), expected_frames[3])
 
 
 def test_a_file_that_is_not_a_video_is_unreadable(tmp_path):
