@@ -35,16 +35,21 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
         path: Path of an mp4, mov, mkv or webm file.
 
     Returns:
-        The container and its first video stream.
+        The container and its first video stream that is not an attached picture.
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        TruncatedVideoError: The file ends before its frame table.
+        TruncatedVideoError: The file ends before the end of its frame table.
         UnreadableVideoError: The path is not a regular file or not a supported video, or the
             pictures are too large.
     """
     container = open_media(path)
-    return container, _prepare_stream(container, path)
+    try:
+        return container, _prepare_stream(container, path)
+    except UnreadableVideoError as error:
+        if _lacks_frame_table(path):  # FFmpeg opens a file that ends within the table.
+            raise _make_truncation_error(path) from error
+        raise
 
 
 def open_media(path: Path) -> InputContainer:
@@ -66,8 +71,7 @@ def open_media(path: Path) -> InputContainer:
         return av.open(f"file:{path}", options=options)
     except av.FFmpegError as error:
         if isinstance(error, av.EOFError) or _lacks_frame_table(path):
-            message = f"{path} is truncated (its frame table is missing): copy or export it again"
-            raise TruncatedVideoError(message) from error
+            raise _make_truncation_error(path) from error
         reason = error.strerror
         message = f"{path} cannot be opened as mp4, mov, mkv or webm ({reason}): export it again"
         raise UnreadableVideoError(message) from error
@@ -149,6 +153,11 @@ def _lacks_frame_table(path: Path) -> bool:
             if size < _MIN_BOX_BYTES or position >= data_size:
                 break
     return has_type
+
+
+def _make_truncation_error(path: Path) -> TruncatedVideoError:
+    message = f"{path} is truncated (its frame table is missing): copy or export it again"
+    return TruncatedVideoError(message)
 
 
 def _prepare_stream(container: InputContainer, path: Path) -> VideoStream:

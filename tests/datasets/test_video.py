@@ -145,6 +145,17 @@ def test_every_cut_of_a_video_is_rejected_by_name(video, tmp_path):
             VideoReader(path)
 
 
+def test_every_cut_within_the_table_of_frames_is_called_truncated(tmp_path, decoded_frames):
+    path = tmp_path / "cut.mp4"
+    scenes.write_video(path, decoded_frames)
+    data = path.read_bytes()
+
+    for length in range(data.index(b"moov"), data.index(b"stco"), 23):
+        path.write_bytes(data[:length])
+        with pytest.raises(TruncatedVideoError, match=r"cut.mp4 is truncated"):
+            VideoReader(path)
+
+
 def test_a_picture_that_is_attached_to_a_video_is_no_frame(tmp_path, decoded_frames):
     is_encoded, jpeg = cv2.imencode(".jpg", np.full((32, 48, 3), 99, np.uint8))
     path = tmp_path / "cam00.mp4"
