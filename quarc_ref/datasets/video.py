@@ -43,7 +43,8 @@ class VideoReader:
         path: Path of the file.
         width: Width of the upright pictures, pixels.
         height: Height of the upright pictures, pixels.
-        frames_per_second: Average frame rate.
+        frames_per_second: Average frame rate. The duration of the last frame does not count,
+            because it is often wrong.
         rotation: Degrees counterclockwise by which pictures are rotated upright.
         is_hdr: Whether the levels are those of HDR, which are not converted to sRGB.
         color_matrix: Code of the matrix from RGB to YCbCr, as in H.273; `UNSTATED_MATRIX` if the
@@ -62,12 +63,12 @@ class VideoReader:
     def __init__(self, path: Path) -> None:
         self.path = path
         self._container, self._stream = open_video(path)
-        self.frames_per_second = float(self._stream.average_rate or 0)
         self.time_base_seconds = float(self._stream.time_base or 0)
         packets = _list_packets(self._container, self._stream, path)
         self._timestamps = sorted(packet.time for packet in packets if packet.is_shown)
         self._key_packets = sorted(packet for packet in packets if packet.is_key)
         self.frame_count = len(self._timestamps)
+        self.frames_per_second = self._measure_frame_rate()
         self._frames: Iterator[av.VideoFrame] = iter(())
         self._next_frame = self.frame_count
         self.height, self.width = self.read(0).shape[:2]
@@ -112,6 +113,16 @@ class VideoReader:
                 "upright pictures"
             )
             raise UnreadableVideoError(message) from error
+
+    def _measure_frame_rate(self) -> float:
+        """Return the rate in the header if the first and last time match it, else their rate."""
+        stated_rate = float(self._stream.average_rate or 0)
+        duration = float(self.frame_times[-1] - self.frame_times[0])
+        step_count = self.frame_count - 1
+        max_rounding = stated_rate * self.time_base_seconds
+        if not duration or abs(stated_rate * duration - step_count) <= max_rounding:
+            return stated_rate
+        return step_count / duration
 
     def _release_decoder(self) -> None:
         """Replace the decoder with a new one, which has no frame buffers until the next `read`."""

@@ -54,6 +54,28 @@ def test_size_rate_and_count_are_those_of_the_video(video):
     assert reader.frames_per_second == scenes.FRAMES_PER_SECOND
 
 
+@pytest.mark.parametrize("last_duration", [1, 500, 2000])
+def test_the_duration_of_the_last_frame_does_not_change_the_rate(
+    tmp_path, decoded_frames, last_duration
+):
+    path = tmp_path / "cam00.mp4"
+    with av.open(str(path), "w") as container:
+        stream = container.add_stream("mpeg4", rate=scenes.FRAMES_PER_SECOND)
+        stream.height, stream.width = decoded_frames[0].shape[:2]
+        stream.codec_context.time_base = Fraction(1, 1000 * scenes.FRAMES_PER_SECOND)
+        packets = []
+        for index, picture in enumerate(decoded_frames):
+            frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+            frame.pts, frame.time_base = 1000 * index, stream.codec_context.time_base
+            packets += stream.encode(frame)
+        packets += stream.encode()
+        packets[-1].duration = last_duration
+        for packet in packets:
+            container.mux(packet)
+
+    assert VideoReader(path).frames_per_second == pytest.approx(scenes.FRAMES_PER_SECOND)
+
+
 @pytest.mark.parametrize(
     "frame_order",
     [range(FRAME_COUNT), reversed(range(FRAME_COUNT)), [6, 0, 10, 3, 3, 9, 5, 4, 1, 8]],
