@@ -22,6 +22,7 @@ _RATE_TOLERANCE = 1e-3  # Relative; 29.97 and 30 count as equal.
 _TIME_TOLERANCE = 0.25
 _MAX_ROUNDING = 0.2  # Relative, too: a coarse time base must not hide a missing frame.
 _MAX_USUAL_DURATION = 1.5  # Relative to the median; frames before a missing one last longer.
+_MAX_DRIFT = 0.5  # frames; larger ones are closer to another frame
 _MAX_DESCRIPTIONS = 5
 _OTHER_MATRICES = {1: "BT.709", 7: "SMPTE 240M", 9: "BT.2020", 10: "BT.2020"}  # than BT.601
 
@@ -64,6 +65,30 @@ def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
             f"have {common_rate:g}: convert all videos to the same frame rate"
         )
         raise FrameRateError(message)
+
+
+def compare_frame_rates(
+    names: Sequence[str], rates: Sequence[float], last_frame: int
+) -> Finding | None:
+    """Return a finding if small differences of frame rates add up to half a frame, or None.
+
+    Args:
+        names: Names of the cameras, at least one.
+        rates: `[camera]` frames per second.
+        last_frame: Last frame that is used.
+    """
+    common_rate = median_high(rates)
+    drifts = [last_frame * abs(common_rate / rate - 1) for rate in rates]
+    names = tuple(name for name, drift in zip(names, drifts, strict=True) if drift > _MAX_DRIFT)
+    if not names:
+        return None
+    message = (
+        f"the frame rate of {format_names(names)} differs slightly from the {common_rate:.6g} "
+        f"frames per second of other cameras, so in frame {last_frame} they are up to "
+        f"{max(drifts):.1f} frames out of sync: convert the videos to that rate (ffmpeg -i OLD.mp4 "
+        f"-vf fps={common_rate:.6g} NEW.mp4), or encode earlier frames"
+    )
+    return Finding("frame-rate", message, names)
 
 
 def compare_lengths(

@@ -12,6 +12,7 @@ from typing import NoReturn
 
 from quarc_ref.datasets.agreement import (
     compare_color_matrices,
+    compare_frame_rates,
     compare_lengths,
     compare_rotations,
     find_hdr_videos,
@@ -173,20 +174,39 @@ def _synchronize(
     )
     if synchronized_pictures.frame_count < 1:
         _reject_start(path, footage, offsets, start)
-    findings = [
+    findings = (
         *(finding for finding in footage.findings if not _is_resolved(finding, notes, offsets)),
-        compare_rotations(names, footage.source.rotations),
-        find_hdr_videos(names, footage.source.hdr_flags),
-        compare_color_matrices(names, footage.source.color_matrices),
-    ]
-    if options.max_frames is None or options.max_frames > synchronized_pictures.frame_count:
-        lengths = footage.source.lengths
-        findings.append(compare_lengths(names, lengths, list(offsets.values())))
-    footage = replace(footage, findings=tuple(filter(None, findings)))
+        *_compare_recordings(footage, offsets, synchronized_pictures.frame_count, options),
+    )
+    footage = replace(footage, findings=findings)
     if any(offsets.values()) or notes.has_transparent_background:
         description_files = (*footage.description_files, path / NOTES_NAME)
         footage = replace(footage, description_files=description_files)
     return footage, synchronized_pictures
+
+
+def _compare_recordings(
+    footage: Footage, offsets: Mapping[str, int], frame_count: int, options: CaptureOptions
+) -> tuple[Finding, ...]:
+    """Return findings about rotations, colors, frame rates and lengths of the recordings.
+
+    Args:
+        footage: Contents of the capture.
+        offsets: Offsets of all cameras, frames.
+        frame_count: Number of common frames from `options.start` on.
+        options: Options, of which only the range of frames is used.
+    """
+    names, source, max_frames = list(offsets), footage.source, options.max_frames
+    last_frame = options.start + min(frame_count, max_frames or frame_count) - 1
+    findings = [
+        compare_rotations(names, source.rotations),
+        find_hdr_videos(names, source.hdr_flags),
+        compare_color_matrices(names, source.color_matrices),
+        compare_frame_rates(names, source.frame_rates, last_frame),
+    ]
+    if max_frames is None or max_frames > frame_count:
+        findings.append(compare_lengths(names, source.lengths, list(offsets.values())))
+    return tuple(filter(None, findings))
 
 
 def _is_resolved(finding: Finding, notes: CaptureNotes, offsets: Mapping[str, int]) -> bool:

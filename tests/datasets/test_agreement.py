@@ -1,4 +1,7 @@
 import re
+import shutil
+from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -6,7 +9,11 @@ import numpy as np
 import pytest
 from av.video.reformatter import Colorspace, ColorTrc
 
-from quarc_ref.datasets.agreement import compare_lengths, require_common_frame_rate
+from quarc_ref.datasets.agreement import (
+    compare_frame_rates,
+    compare_lengths,
+    require_common_frame_rate,
+)
 from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.video import VideoReader
@@ -143,6 +150,29 @@ def test_shorter_and_longer_videos_are_named_and_all_are_cut(folder, pictures):
         "cam01 has 4 frames, cam04 has 7 frames, but the others have 6: only the first 4 frames of "
         "every camera are used"
     )
+
+
+def test_rates_that_differ_slightly_are_a_finding_when_they_add_up_to_half_a_frame():
+    names, rates = ["cam00", "cam01", "cam02"], [30, 30, 30000 / 1001]
+
+    assert compare_frame_rates(names, rates, 499) is None
+    finding = compare_frame_rates(names, rates, 3000)
+    assert (finding.kind, finding.cameras) == ("frame-rate", ("cam02",))
+    assert "in frame 3000 they are up to 3.0 frames out of sync" in finding.message
+    assert "fps=30 " in finding.message
+
+
+def test_the_drift_of_a_camera_is_measured_at_the_last_used_frame(folder, pictures):
+    rate = Fraction(300_000, 10_009)
+    scenes.write_video(folder / "cam03.mp4", [pictures[2][0]] * 700, rate=rate)
+    scenes.write_video(folder / "cam00.mp4", [pictures[0][0]] * 700)
+    for name in ("cam01", "cam04"):
+        shutil.copy(folder / "cam00.mp4", folder / f"{name}.mp4")
+    options = CaptureOptions(max_frames=10)
+
+    assert open_capture(folder, options).findings == ()
+    (finding,) = open_capture(folder, replace(options, start=690)).findings
+    assert finding.cameras == ("cam03",)
 
 
 def test_lengths_are_compared_after_the_offsets():
