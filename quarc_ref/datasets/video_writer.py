@@ -80,6 +80,8 @@ def write_video_file(sink: BinaryIO, pictures: Iterable[Image], video_format: Vi
                 count += 1
             container.mux(stream.encode(None))
     except av.FFmpegError as error:
+        if isinstance(error, av.PyAVCallbackError) and isinstance(error.__context__, OSError):
+            raise error.__context__ from None  # `sink` raised it; closing hid it
         message = f"the video cannot be written as {_CODECS[video_format.container]}: {error}"
         raise OSError(message) from error
     return count

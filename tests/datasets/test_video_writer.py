@@ -1,3 +1,5 @@
+import errno
+import io
 from fractions import Fraction
 
 import av
@@ -55,6 +57,19 @@ def test_a_video_states_its_color_space(tmp_path):
 def test_a_failing_encoder_is_a_system_error(tmp_path):
     with pytest.raises(OSError, match=r"H\.264"):
         _write(tmp_path / "odd.mp4", VideoFormat(47, 33, Fraction(30), {}, "yuv420p"))
+
+
+@pytest.mark.parametrize("capacity", [0, 100, 3000])
+def test_the_error_of_a_full_disk_is_kept(capacity):
+    class FullDisk(io.BytesIO):
+        def write(self, data):
+            if self.tell() + len(data) > capacity:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(data)
+
+    noise = np.random.default_rng(0).integers(0, 256, (48, 64, 3), dtype=np.uint8)
+    with pytest.raises(OSError, match="No space left on device"):
+        write_video_file(FullDisk(), [noise] * 8, VideoFormat(64, 48, Fraction(30)))
 
 
 def test_a_png_equals_the_picture(tmp_path):
