@@ -13,6 +13,7 @@ import numpy as np
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import STATED_FRAME_RATE, UNEVEN_LENGTHS, Finding, format_names
+from quarc_ref.datasets.orientation import FLAG_REMEDY
 from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
 from quarc_ref.wording import format_count
@@ -137,7 +138,7 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
     message = (
         f"rotation flags differ: {_join_descriptions(descriptions)}, but the others are "
         f"rotated by {common_rotation % 360} degrees. If all cameras were mounted the same way, "
-        "remove the flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
+        f"{FLAG_REMEDY}"
     )
     return Finding("rotation-flags", message, tuple(names[i] for i in outliers))
 

@@ -35,6 +35,7 @@ from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Findin
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, find_masks
+from quarc_ref.datasets.orientation import suggest_size_remedy
 from quarc_ref.datasets.pictures import SynchronizedPictures
 from quarc_ref.datasets.point_cache import make_cache_key
 from quarc_ref.datasets.undistortion import Rectifier
@@ -138,12 +139,14 @@ def _add_masks(path: Path, footage: Footage) -> Footage:
 
 def _require_sizes(footage: Footage) -> None:
     """Check that the picture sizes match the calibration."""
-    for camera, size in zip(footage.cameras, footage.source.sizes, strict=True):
-        if size != (camera.lens.width, camera.lens.height):
+    source = footage.source
+    for camera, size, rotation in zip(footage.cameras, source.sizes, source.rotations, strict=True):
+        calibrated_size = (camera.lens.width, camera.lens.height)
+        if size != calibrated_size:
             message = (
-                f"frame 0 of camera {camera.name} is {size[0]}x{size[1]}, but its calibration "
-                f"is for {camera.lens.width}x{camera.lens.height}: resize the pictures, or "
-                "scale the calibration"
+                f"frame 0 of camera {camera.name} is {size[0]}x{size[1]}, but its calibration is "
+                f"for {camera.lens.width}x{camera.lens.height}: "
+                f"{suggest_size_remedy(size, calibrated_size, rotation)}"
             )
             raise UnreadableVideoError(message)
 

@@ -14,6 +14,7 @@ from av.video.reformatter import Interpolation
 from quarc_ref.datasets.capture import Image
 
 MAX_LEVEL_BITS = 8
+FLAG_REMEDY = "remove the flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
 _ACCURATE = Interpolation.BILINEAR | Interpolation.FULL_CHR_H_INT
 
 
@@ -48,6 +49,27 @@ def require_unmirrored(frame: av.VideoFrame) -> None:
     """
     if _is_mirrored(frame):
         _reject("mirrored")
+
+
+def suggest_size_remedy(
+    size: tuple[int, int], calibrated_size: tuple[float, float], rotation: int
+) -> str:
+    """Return what to do if pictures do not have the size for which they were calibrated.
+
+    Args:
+        size: Width and height of the upright pictures, pixels.
+        calibrated_size: Width and height in the calibration, pixels.
+        rotation: Degrees by which a video is rotated upright; 0 for pictures.
+    """
+    width, height = size
+    if calibrated_size[0] != height or calibrated_size[1] != width:
+        return "resize the pictures, or scale the calibration"
+    if rotation % 180:
+        return (
+            "a rotation flag turns the pictures; if the calibration is for the pictures as stored, "
+            f"{FLAG_REMEDY}"
+        )
+    return "rotate the pictures by 90 degrees, or calibrate them as they are"
 
 
 def _reject(transformation: str) -> NoReturn:

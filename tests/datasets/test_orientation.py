@@ -111,8 +111,27 @@ def test_poses_of_unrotated_pictures_are_rejected(rotated_capture, shots):
     rows = [scenes.make_poses_row(shot, size=(32, 48)) for shot in shots]
     np.save(rotated_capture / "poses_bounds.npy", np.array(rows))
 
-    with pytest.raises(UnreadablePoseError, match="pictures of 32x48, but the video is 48x32"):
+    message = r"pictures of 32x48, but the video is 48x32; .*: a rotation flag .* remove the flag"
+    with pytest.raises(UnreadablePoseError, match=message):
         read_n3dv(rotated_capture)
+
+
+@pytest.mark.parametrize(
+    ("flag", "remedy"),
+    [("90 clockwise", "a rotation flag .* remove the flag"), ("as stored", "rotate the pictures")],
+)
+def test_pictures_on_their_side_are_not_to_be_resized(n3dv_folder, tmp_path, shots, flag, remedy):
+    folder = shutil.copytree(n3dv_folder, tmp_path / "side")
+    (folder / "poses_bounds.npy").unlink()
+    scenes.write_transforms(folder, scenes.make_video_document(shots))
+    path = folder / "cam03.mp4"
+    if flag == "as stored":
+        scenes.write_video(path, [np.zeros((48, 32, 3), np.uint8)] * 6)
+    path.write_bytes(forgeries.show_video(path.read_bytes(), flag))
+
+    message = rf"frame 0 of camera cam03 is 32x48, but its calibration is for 48x32: {remedy}"
+    with pytest.raises(UnreadableVideoError, match=message):
+        open_capture(folder)
 
 
 @pytest.mark.parametrize("order", "<>")

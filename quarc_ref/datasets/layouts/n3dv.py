@@ -31,6 +31,7 @@ from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.orientation import suggest_size_remedy
 from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
@@ -59,8 +60,10 @@ def read_n3dv(folder: Path) -> Footage:
     points_path = _find_points(folder)
     return Footage(
         cameras=tuple(
-            _make_camera(name, size, row, poses_path)
-            for name, size, row in zip(names, source.sizes, rows, strict=True)
+            _make_camera(name, size, rotation, row, poses_path)
+            for name, size, rotation, row in zip(
+                names, source.sizes, source.rotations, rows, strict=True
+            )
         ),
         source=source,
         points=read_points_ply(points_path) if points_path else None,
@@ -149,12 +152,15 @@ def _read_rows(path: Path) -> Float64Array:
     return rows
 
 
-def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> CalibratedCamera:
+def _make_camera(
+    name: str, size: Size, rotation: int, row: Float64Array, path: Path
+) -> CalibratedCamera:
     """Return the camera that a row of the poses file describes.
 
     Args:
         name: Name of the camera.
         size: Width and height of the camera's pictures, pixels.
+        rotation: Rotation flag of the camera's video, degrees.
         row: `[17]` row of the poses file.
         path: Path of the poses file, for error messages.
     """
@@ -162,7 +168,7 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
     matrix = row[: _ROW_LENGTH - 2].reshape(3, 5)
     down, right, backwards, center, (calibrated_height, calibrated_width, focal) = matrix.T
     try:
-        scale = _find_picture_scale((calibrated_width, calibrated_height), size)
+        scale = _find_picture_scale((calibrated_width, calibrated_height), size, rotation)
         lens = Lens(
             width=width,
             height=height,
@@ -179,7 +185,9 @@ def _make_camera(name: str, size: Size, row: Float64Array, path: Path) -> Calibr
     return CalibratedCamera(name, lens, pose, near)
 
 
-def _find_picture_scale(calibrated_size: tuple[float, float], video_size: tuple[int, int]) -> float:
+def _find_picture_scale(
+    calibrated_size: tuple[float, float], video_size: Size, rotation: int
+) -> float:
     """Return the width of the video divided by the picture width in the poses file."""
     (calibrated_width, calibrated_height), (width, height) = calibrated_size, video_size
     smaller_width, larger_width = sorted((calibrated_width, float(width)))
@@ -191,7 +199,7 @@ def _find_picture_scale(calibrated_size: tuple[float, float], video_size: tuple[
         message = (
             f"the pose is for pictures of {calibrated_width:g}x{calibrated_height:g}, but the "
             f"video is {width}x{height}; the sizes must be equal, or one must be a whole "
-            "multiple of the other"
+            f"multiple of the other: {suggest_size_remedy(video_size, calibrated_size, rotation)}"
         )
         raise ValueError(message)
     return float(width / calibrated_width)
