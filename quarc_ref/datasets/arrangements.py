@@ -15,7 +15,7 @@ from quarc_ref.datasets.errors import (
     MissingCameraError,
     MissingFileError,
 )
-from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.datasets.findings import Finding, format_names, report_missing_poses
 from quarc_ref.datasets.frame_numbers import find_gap
 from quarc_ref.datasets.natural_order import natural_order
 from quarc_ref.datasets.pictures import FilePictures, Pictures, VideoPictures
@@ -203,13 +203,9 @@ def find_cameras_without_poses(
         for pattern, files in list_arrangements(folder):
             if all(name in files for name in names):
                 unused_names = [name for name in files if name not in names]
-                if not unused_names or pattern.startswith("NAME/"):
-                    return ()
-                message = (
-                    f"recordings of {format_names(unused_names)} have no poses in {poses}, so "
-                    "they are not used: calibrate again with more matches, or remove these files"
-                )
-                return (Finding("camera-without-pose", message),)
+                if not pattern.startswith("NAME/"):
+                    return report_missing_poses(unused_names, poses)
+                return ()
     return ()
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
 UNEVEN_LENGTHS = "uneven-lengths"
 STATED_FRAME_RATE = "stated-frame-rate"
@@ -36,3 +37,19 @@ def format_names(names: Sequence[str]) -> str:
     first_names = ", ".join(names[:_MAX_NAMES])
     omitted_count = len(names) - _MAX_NAMES
     return f"{first_names} and {omitted_count} more" if omitted_count > 0 else first_names
+
+
+def report_missing_poses(names: Sequence[str], poses: Path) -> tuple[Finding, ...]:
+    """Return a finding about recordings without poses; nothing if there are none.
+
+    Args:
+        names: Names of the cameras that have recordings, but no poses.
+        poses: File or folder of the poses.
+    """
+    if not names:
+        return ()
+    message = (
+        f"recordings of {format_names(names)} have no poses in {poses}, so they are not used: "
+        "calibrate again with more matches, or remove these files"
+    )
+    return (Finding("camera-without-pose", message),)

@@ -23,6 +23,7 @@ from quarc_ref.datasets.arrangements import (
 )
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
+from quarc_ref.datasets.findings import report_missing_poses
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
@@ -52,7 +53,10 @@ def read_panoptic(folder: Path) -> Footage:
                 source=source,
                 points=None,
                 description_files=(path,),
-                findings=compare_first_numbers(names, source),
+                findings=(
+                    *report_missing_poses(sorted(files.keys() - cameras[kind].keys()), path),
+                    *compare_first_numbers(names, source),
+                ),
             )
     message = (
         f"{folder} has no hdVideos/hd_00_00.mp4, hdImgs/00_00/00_00_00000000.jpg, vgaVideos "

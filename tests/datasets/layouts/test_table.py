@@ -129,7 +129,11 @@ def test_a_camera_without_pictures_is_named(built, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "video"),
-    [("colmap_videos", "cam07.mp4"), ("easymocap_videos", "videos/cam07.mp4")],
+    [
+        ("colmap_videos", "cam07.mp4"),
+        ("easymocap_videos", "videos/cam07.mp4"),
+        ("panoptic_videos", "hdVideos/hd_cam07.mp4"),
+    ],
 )
 def test_a_video_without_a_pose_is_named(name, video, built, tmp_path):
     folder = shutil.copytree(built(name), tmp_path / "copy")
