@@ -92,6 +92,8 @@ class VideoReader:
             raise TruncatedVideoError(message)
         try:
             decoded = self._decode(frame)
+            if decoded is None or decoded.is_corrupt:
+                decoded = self._decode(frame, is_retry=True)
         except av.FFmpegError as error:
             reason = error.strerror
             message = f"frame {frame} of {self.path} cannot be decoded ({reason}): export it again"
@@ -129,13 +131,19 @@ class VideoReader:
         self._container, self._stream = open_video(self.path)
         self._frames, self._next_frame = iter(()), self.frame_count
 
-    def _decode(self, frame: int) -> av.VideoFrame | None:
-        """Return the decoded frame, or None if the decoder drops it."""
+    def _decode(self, frame: int, *, is_retry: bool = False) -> av.VideoFrame | None:
+        """Return the decoded frame, or None if the decoder drops it.
+
+        A retry starts one key frame earlier: if blocks are refreshed little by little, a picture is
+        complete only some frames after the key frame.
+        """
         target_time = self._timestamps[frame]
-        key_packet = self._key_packets[
-            max(0, bisect_right(self._key_packets, target_time, key=lambda packet: packet.time) - 1)
-        ]
-        if not bisect_left(self._timestamps, key_packet.time) <= self._next_frame <= frame:
+        key_index = bisect_right(self._key_packets, target_time, key=lambda packet: packet.time) - 1
+        key_packet = self._key_packets[max(0, key_index - is_retry)]
+        if (
+            is_retry
+            or not bisect_left(self._timestamps, key_packet.time) <= self._next_frame <= frame
+        ):
             self._container.seek(key_packet.decode_time, stream=self._stream)
             self._frames = self._container.decode(self._stream)
         # If decoding fails, `_next_frame` keeps this value, which makes the next read seek.

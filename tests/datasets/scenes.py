@@ -120,11 +120,12 @@ def write_video(
     rate=FRAMES_PER_SECOND,
     transfer=ColorTrc.UNSPECIFIED,
     matrix=_UNSTATED_MATRIX,
+    codec_options=None,
 ):
     """Write pictures as a video with B-frames."""
     options = {"movflags": "faststart"} if faststart else {}
     with av.open(str(path), "w", options=options) as container:
-        stream = container.add_stream(codec, rate=rate)
+        stream = container.add_stream(codec, rate=rate, options=codec_options or {})
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = "yuv420p"
         stream.codec_context.gop_size = key_interval

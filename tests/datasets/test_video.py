@@ -88,6 +88,17 @@ def test_a_frame_does_not_depend_on_the_order_of_reading(video, decoded_frames, 
         assert np.array_equal(reader.read(frame), decoded_frames[frame])
 
 
+@pytest.mark.parametrize("frame", range(FRAME_COUNT))
+def test_a_frame_does_not_depend_on_the_order_if_blocks_are_refreshed_little_by_little(
+    tmp_path, decoded_frames, frame
+):
+    path = tmp_path / "cam00.mp4"
+    options = {"x264-params": "intra-refresh=1:keyint=4:bframes=0"}
+    scenes.write_video(path, decoded_frames, codec_options=options)
+
+    assert np.array_equal(VideoReader(path).read(frame), scenes.read_video(path)[frame])
+
+
 def test_a_picture_stays_valid_after_the_next_read(video, decoded_frames):
     reader = VideoReader(video)
     first = reader.read(0)
