@@ -10,12 +10,12 @@ from quarc_ref.calibration.errors import CalibrationError, UnknownCameraError
 from quarc_ref.calibration.left_out_recordings import find_left_out_recordings
 from quarc_ref.datasets.arrangements import (
     Files,
-    describe_nested_videos,
     list_arrangements,
     list_single_pictures,
     open_pictures,
 )
 from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.nested_videos import describe_nested_videos
 from quarc_ref.datasets.pictures import Pictures
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 from quarc_ref.wording import format_count

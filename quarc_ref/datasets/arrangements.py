@@ -6,7 +6,6 @@ cameras' videos or picture files in every arrangement, and returns the first com
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from itertools import chain
 from pathlib import Path
 
 from quarc_ref.datasets.errors import (
@@ -47,18 +46,6 @@ def list_videos(folder: Path) -> Files:
     """
     return _map_by_name(
         [path for path in _list_contents(folder) if is_video(path) and path.is_file()]
-    )
-
-
-def describe_nested_videos(folder: Path) -> str:
-    """Return advice about videos in a folder for each camera, to append to an error message."""
-    folders = [path for path in _list_contents(folder) if path.is_dir()]
-    videos = [path for path in chain.from_iterable(map(_list_contents, folders)) if is_video(path)]
-    if len({path.parent for path in videos}) < 2:
-        return ""
-    return (
-        f". {videos[0].relative_to(folder)} is in a folder of its own: put the videos of all "
-        f"cameras into one folder, with names such as {videos[0].parent.name}{videos[0].suffix}"
     )
 
 

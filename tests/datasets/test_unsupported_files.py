@@ -7,10 +7,10 @@ import pytest
 
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import find_recordings
-from quarc_ref.datasets.arrangements import describe_nested_videos
 from quarc_ref.datasets.errors import MissingFileError, UnknownLayoutError
 from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.layouts.table import choose_layout
+from quarc_ref.datasets.nested_videos import describe_nested_videos
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 from tests.datasets import scenes
 
@@ -36,10 +36,11 @@ def test_recordings_that_cannot_be_read_are_named(tmp_path, name):
         read_n3dv(tmp_path)
 
 
-def test_videos_in_a_folder_for_each_camera_are_named(tmp_path):
-    for name in ("cam00/GX01.MP4", "cam01/GX01.MP4", "cam02/GX01.MP4", ".trash/GX01.MP4"):
-        add_file(tmp_path, name)
-    message = r"cam00/GX01.MP4 is in a folder of its own: .*, with names such as cam00.MP4$"
+@pytest.mark.parametrize("name", ["GX01.MP4", "DCIM/GX01.MP4", "DCIM/100GOPRO/GX01.MP4"])
+def test_videos_in_a_folder_for_each_camera_are_named(tmp_path, name):
+    for folder in ("cam00", "cam01", "cam02", ".trash"):
+        add_file(tmp_path, f"{folder}/{name}")
+    message = rf"cam00/{name} is in a folder of its own: .*, with names such as cam00.MP4$"
 
     with pytest.raises(CalibrationError, match=message):
         find_recordings(tmp_path)
@@ -48,6 +49,14 @@ def test_videos_in_a_folder_for_each_camera_are_named(tmp_path):
     shutil.rmtree(tmp_path / "cam00")
     shutil.rmtree(tmp_path / "cam01")
     assert describe_nested_videos(tmp_path) == ""
+
+
+def test_a_folder_with_all_videos_is_named(tmp_path):
+    for name in ("cam00.mp4", "cam01.mp4", "cam02.mp4"):
+        add_file(tmp_path, f"DCIM/100MEDIA/{name}")
+
+    with pytest.raises(CalibrationError, match=r"3 videos in .*DCIM/100MEDIA: use that folder$"):
+        find_recordings(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["cam00.mp4", "cam01", "images/cam00/0000.png"])

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.datasets.arrangements import (
-    describe_nested_videos,
     list_picture_folders,
     list_videos,
 )
@@ -19,6 +18,7 @@ from quarc_ref.datasets.layouts.easymocap import read_easymocap
 from quarc_ref.datasets.layouts.n3dv import read_n3dv
 from quarc_ref.datasets.layouts.panoptic import read_panoptic
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
+from quarc_ref.datasets.nested_videos import describe_nested_videos
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 from quarc_ref.wording import format_count
 
