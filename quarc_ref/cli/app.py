@@ -12,7 +12,7 @@ import typer
 from quarc_ref import __version__
 from quarc_ref.cli.columns import COMPARE_COLUMNS, EVAL_COLUMNS, INFO_ROWS, format_explanations
 from quarc_ref.cli.command import Subcommand
-from quarc_ref.cli.errors import ensure_standard_streams, report_closed_pipe
+from quarc_ref.cli.errors import ensure_standard_streams, report_failed_output
 from quarc_ref.cli.output import MessageHandler
 from quarc_ref.cli.verbs import (
     bench,
@@ -87,5 +87,5 @@ def _handle_global_options(
 def main() -> None:
     """Run the `quarc-ref` command line."""
     ensure_standard_streams()
-    with report_closed_pipe():
+    with report_failed_output():
         app(prog_name="quarc-ref")

@@ -71,10 +71,10 @@ def report_errors() -> Iterator[None]:
 
 
 @contextmanager
-def report_closed_pipe() -> Iterator[None]:
-    """Exit with the code of SIGPIPE if a help text or a usage error is written to a closed pipe.
+def report_failed_output() -> Iterator[None]:
+    """Convert a failed write of a help text or a usage error to a message and an exit code.
 
-    typer and rich exit with code 1, which means that a stream is rejected.
+    typer, rich and Python exit with code 1, which means that a stream is rejected.
     """
     try:
         yield
@@ -82,6 +82,9 @@ def report_closed_pipe() -> Iterator[None]:
         if isinstance(error.__context__, BrokenPipeError):
             raise SystemExit(SIGNAL_BASE + _SIGPIPE) from error
         raise
+    except OSError as error:
+        _discard_and_print(_describe_error(error))
+        raise SystemExit(EXIT_FAILURE) from error
 
 
 def ensure_standard_streams() -> None:
@@ -191,9 +194,14 @@ def _has_no_reader(output: TextIO) -> bool:
 
 
 def _exit_with(message: str, code: int) -> NoReturn:
+    _discard_and_print(message)
+    raise typer.Exit(code)
+
+
+def _discard_and_print(message: str) -> None:
+    """Flush standard output, or discard it, and print a message unless it is empty."""
     _flush_or_discard(sys.stdout)
     if message:
         with suppress(OSError):  # if standard error fails, only the exit code reports the error
             print_message(message)
     _flush_or_discard(sys.stderr)
-    raise typer.Exit(code)

@@ -77,6 +77,17 @@ def test_a_closed_pipe_ends_help_with_the_exit_code_of_sigpipe(arguments):
     assert (completed.returncode, completed.stderr) == (128 + signal.SIGPIPE, b"")
 
 
+@pytest.mark.parametrize("arguments", [[], ["--help"], ["info", "--help"], ["--version"]])
+def test_help_that_cannot_be_written_ends_with_the_exit_code_of_a_failure(arguments):
+    code, message = _run_redirected(">/dev/full", *arguments)
+
+    assert (code, message) == (3, "quarc-ref: No space left on device\n")
+
+
+def test_a_usage_error_that_cannot_be_written_ends_with_the_exit_code_of_a_failure():
+    assert _run_redirected("2>/dev/full", "info", "missing.quarc") == (3, "")
+
+
 def test_standard_error_can_be_a_closed_pipe(stream_file):
     stream_file.write_bytes(stream_file.read_bytes()[:-1])
     read_end, write_end = os.pipe()
