@@ -151,10 +151,10 @@ def encode_to_joined_file(
         from quarc_ref.encoder.resume.checkpoint import checkpoint_path
 
         capture, options = job.open()
-        if is_finished:
-            segments.require_finished(target, capture, options)
-            return
         segment_list = _split_capture(job, capture, options, folder.path.absolute(), segment_count)
+        if is_finished:
+            segments.require_finished(target, capture, options, segment_list)
+            return
         if write_mode.resume:
             segments.require_same_split(segment_list, folder.path)
         options.check(capture)

@@ -169,8 +169,10 @@ def require_resumable(segments: Sequence[Segment], capture: Capture) -> None:
                 require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
 
 
-def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> None:
-    """Raise ResumeError unless a file contains the complete stream of this encode."""
+def require_finished(
+    path: Path, capture: Capture, options: EncodeOptions, segments: Sequence[Segment]
+) -> None:
+    """Raise ResumeError unless a file contains the complete stream of these segments, joined."""
     with path.open("rb") as file:
         partial_stream = read_partial_stream(FileSource(file))
     if partial_stream is None or not partial_stream.is_finished:
@@ -183,6 +185,14 @@ def require_finished(path: Path, capture: Capture, options: EncodeOptions) -> No
     with name_stream(path):
         require_match(partial_stream, partial_stream.header, capture.cameras, metadata)
         require_frame_count(partial_stream, capture.require_frames(options.frames))
+        frame_kind = options.config.canonical.frame_kind
+        kinds = [frame_kind(frame) for segment in segments for frame in range(segment.count)]
+        if [chunk.kind for chunk in partial_stream.frames] != kinds:
+            message = (
+                "the stream is complete, but was not encoded in these segments: use the same "
+                "--segments as before, or encode to another file"
+            )
+            raise ResumeError(message)
 
 
 def slice_capture(capture: Capture, first: int, count: int) -> Capture:

@@ -153,6 +153,7 @@ def test_a_finished_file_is_unchanged(capture, parts, tmp_path):
     assert run(*command, "--seed", 1).exit_code == 2
     assert run(*command, "--frames", 2).exit_code == 2
     assert run(*command, "--frames", 4).exit_code == 2
+    assert run(*_make_command(capture, file, "--segments", 3, "--resume")).exit_code == 2
     assert file.stat().st_mtime_ns == modified_before
     assert list_names(tmp_path) == ["a.quarc"]
 

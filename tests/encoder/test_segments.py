@@ -1,13 +1,15 @@
 import io
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.datasets.open_capture import CaptureOptions
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
-from quarc_ref.encoder.segments import require_finished, slice_capture, split_frames
+from quarc_ref.encoder.segments import Segment, require_finished, slice_capture, split_frames
 from quarc_ref.format.errors import EncodeError, ResumeError
 from tests.encoder.toys import SMALL, make_capture
 from tests.streams.edits import join_bytes
@@ -85,15 +87,34 @@ def joined_stream():
     return join_bytes(*parts)
 
 
+def _make_segments(count):
+    return [
+        Segment(Path("capture"), CaptureOptions(), _OPTIONS, first, length, Path("a.quarc"))
+        for first, length in split_frames(3, count)
+    ]
+
+
 def test_a_joined_stream_is_recognized(joined_stream, tmp_path):
+    path, segments = tmp_path / "a.quarc", _make_segments(2)
+    path.write_bytes(joined_stream)
+    other_options = replace(_OPTIONS, config=replace(_CONFIG, seed=1))
+
+    require_finished(path, make_capture(3), _OPTIONS, segments)
+    with pytest.raises(ResumeError, match="these differ: seed"):
+        require_finished(path, make_capture(3), other_options, segments)
+    with pytest.raises(ResumeError, match=f"{path}: the stream is complete with 3 frames, but"):
+        require_finished(path, make_capture(3), replace(_OPTIONS, frames=2), segments)
+    path.write_bytes(joined_stream[:-1])
+    with pytest.raises(ResumeError, match="not a complete stream"):
+        require_finished(path, make_capture(3), _OPTIONS, segments)
+
+
+@pytest.mark.parametrize("segment_count", [1, 3])
+def test_a_stream_that_was_joined_from_other_segments_is_rejected(
+    segment_count, joined_stream, tmp_path
+):
     path = tmp_path / "a.quarc"
     path.write_bytes(joined_stream)
 
-    require_finished(path, make_capture(3), _OPTIONS)
-    with pytest.raises(ResumeError, match="these differ: seed"):
-        require_finished(path, make_capture(3), replace(_OPTIONS, config=replace(_CONFIG, seed=1)))
-    with pytest.raises(ResumeError, match=f"{path}: the stream is complete with 3 frames, but"):
-        require_finished(path, make_capture(3), replace(_OPTIONS, frames=2))
-    path.write_bytes(joined_stream[:-1])
-    with pytest.raises(ResumeError, match="not a complete stream"):
-        require_finished(path, make_capture(3), _OPTIONS)
+    with pytest.raises(ResumeError, match=f"{path}: .* not encoded in these segments"):
+        require_finished(path, make_capture(3), _OPTIONS, _make_segments(segment_count))
