@@ -106,29 +106,41 @@ def make_target(splats: Splats, header: StreamHeader, bounds: Bounds) -> Target:
         EncodeError: The frame has a lower SH degree than the stream, or an attribute is out of the
             format's range.
     """
-    count, coefficient_count = len(splats.positions), (header.sh_degree and 4) or 1
-    if splats.sh.shape[1] < coefficient_count:
-        message = "the frame has a lower SH degree than the first frame"
-        raise EncodeError(message)
-    codes = [
-        splats.log_scales / np.float64(header.log_scale_step),
-        splats.opacities[:, None] / np.float64(header.opacity_step),
-        splats.sh[:, 0] / np.float64(header.sh_dc_step),
-        splats.sh[:, 1:coefficient_count].reshape(count, -1) / np.float64(header.sh_rest_step),
-    ]
+    codes = _count_steps(splats, header)
+    for name, numbers in codes.items():
+        _require_range(numbers, CODE_LIMIT - 1, name)
     target = Target(
         header,
         splats.positions.T.astype(np.float64) * 2.0**header.lattice_exponent,
         normalize(splats.rotations.T.astype(np.float64)),
-        np.hstack(codes).T,
+        np.hstack(list(codes.values())).T,
         measure_slack(splats, bounds),
     )
-    _require_range(target.positions, POSITION_LIMIT - header.position_step, "a position")
-    _require_range(target.codes, CODE_LIMIT - 1, "an attribute")
+    _require_range(target.positions.T, POSITION_LIMIT - header.position_step, "position")
     return target
 
 
-def _require_range(numbers: Float64, limit: int, description: str) -> None:
-    if np.abs(numbers).max() > limit:
-        message = f"{description} exceeds {limit} steps: allow larger errors"
+def _count_steps(splats: Splats, header: StreamHeader) -> dict[str, Float64]:
+    """Return the attributes in unrounded quantization steps, `[N, components]`, by name."""
+    count, coefficient_count = len(splats.positions), (header.sh_degree and 4) or 1
+    if splats.sh.shape[1] < coefficient_count:
+        message = "the frame has a lower SH degree than the first frame"
+        raise EncodeError(message)
+    sh_rest = splats.sh[:, 1:coefficient_count].reshape(count, -1)
+    return {
+        "log_scale": splats.log_scales / np.float64(header.log_scale_step),
+        "opacity": splats.opacities[:, None] / np.float64(header.opacity_step),
+        "sh_dc": splats.sh[:, 0] / np.float64(header.sh_dc_step),
+        "sh_rest": sh_rest / np.float64(header.sh_rest_step),
+    }
+
+
+def _require_range(numbers: Float64, limit: int, attribute: str) -> None:
+    """Raise EncodeError if an attribute, `[N, components]` in steps, is out of range."""
+    largest = np.abs(numbers).max(axis=1, initial=0)
+    if (largest > limit).any():
+        message = (
+            f"the {attribute} of Gaussian {largest.argmax()} exceeds {limit} steps: remove the "
+            f"Gaussian, or allow larger errors of {attribute}"
+        )
         raise EncodeError(message)

@@ -171,6 +171,24 @@ def test_frames_that_no_stream_can_hold_are_rejected_by_number(change, message):
         encode([splats, replace(splats, **change)])
 
 
+@pytest.mark.parametrize(
+    ("field", "attribute"),
+    [
+        ("positions", "position"),
+        ("log_scales", "log_scale"),
+        ("opacities", "opacity"),
+        ("sh", "sh_(dc|rest)"),
+    ],
+)
+def test_an_attribute_out_of_range_is_named_with_its_gaussian(field, attribute):
+    splats = make_splats()
+    numbers = getattr(splats, field).copy()
+    numbers[7] = -1e6
+
+    with pytest.raises(EncodeError, match=f"^frame 3: the {attribute} of Gaussian 7 exceeds"):
+        encode([splats] * 3 + [replace(splats, **{field: numbers})])
+
+
 @pytest.mark.parametrize("ordinal", [0, 1, 3])
 @pytest.mark.parametrize("opacity", [None, np.inf])
 def test_an_empty_or_infinite_frame_is_rejected_by_number(ordinal, opacity):
