@@ -14,6 +14,15 @@ from quarc_ref.format.frame_rate import is_frame_rate
 from quarc_ref.format.records import StreamHeader
 
 SIDECAR_NAME = "sequence.json"
+_PARSE_ERRORS = (
+    QuarcError,
+    ValueError,
+    KeyError,
+    TypeError,
+    AttributeError,
+    OverflowError,
+    RecursionError,
+)
 _SCHEMA = "quarc-ref/sequence/1"
 _MAX_CAMERAS = 1 << 12
 _MAX_BYTES = 1 << 24
@@ -105,6 +114,7 @@ def parse_sidecar(data: bytes) -> Sidecar:
         raise ValueError(message)
     try:
         content = json.loads(data)
+        _require(isinstance(content, dict), "the content, which must be a JSON object,")
         _require(content["schema"] == _SCHEMA, "schema")
         _require(len(content["cameras"]) <= _MAX_CAMERAS, "cameras")
         frames_per_second, metadata = float(content["frames_per_second"]), content["metadata"]
@@ -123,16 +133,9 @@ def parse_sidecar(data: bytes) -> Sidecar:
             str(content["files"]),
         )
         _require_storable(sidecar)
-    except (
-        QuarcError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        OverflowError,
-        RecursionError,
-    ) as error:
-        message = f"the file is not a valid {SIDECAR_NAME} of quarc-ref: {error}"
+    except _PARSE_ERRORS as error:
+        problem = f"the key {error} is missing" if isinstance(error, KeyError) else error
+        message = f"the file is not a valid {SIDECAR_NAME} of quarc-ref: {problem}"
         raise ValueError(message) from error
     return sidecar
 
@@ -167,4 +170,5 @@ def _parse_camera(content: dict[str, Any]) -> Camera:
 
 def _require(condition: bool, name: str) -> None:
     if not condition:
-        raise ValueError(name)
+        message = f"{name} is invalid"
+        raise ValueError(message)

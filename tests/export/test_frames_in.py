@@ -259,6 +259,19 @@ def test_a_modified_sidecar_is_rejected(original, changed, clip_and_frames):
         parse_sidecar(text.replace(original, changed).encode())
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[]", "the content, which must be a JSON object, is invalid"),
+        ("{}", "the key 'schema' is missing"),
+        ('{"schema": "other"}', "schema is invalid"),
+    ],
+)
+def test_an_invalid_sidecar_is_rejected_with_the_reason(text, message):
+    with pytest.raises(ValueError, match=f"{message}$"):
+        parse_sidecar(text.encode())
+
+
 def test_a_4dgs_with_an_impossible_frame_rate_is_rejected(clip_and_frames, tmp_path):
     pytest.importorskip("fourdgs")
     clip, frames = clip_and_frames
