@@ -7,12 +7,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from quarc_ref.format.coding.snapshot_planes import Snapshot, compute_differences
+from quarc_ref.format.constants import RESIDUAL_ROWS
 from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.updates import Updates
 from quarc_ref.inspection.estimate import (
     estimate_births,
     estimate_bits,
     estimate_gaussians,
     estimate_motion,
+    estimate_snapshot,
+    estimate_updates,
 )
 from tests.small_streams import make_births, make_gaussians, make_stream
 
@@ -79,3 +84,26 @@ def test_the_estimate_of_births_counts_their_parents_too():
     newborn = births.newborn
     rows = [births.parents, *newborn.positions, *newborn.rotations, *newborn.codes]
     assert estimate_births(births) == pytest.approx(_entropy_bytes(rows))
+
+
+def test_the_estimate_of_updates_has_a_channel_for_each_choice_and_residual():
+    residuals = np.zeros((RESIDUAL_ROWS, 4), dtype=np.int64)
+    residuals[:3, [0, 2]] = [[1, -1], [0, 2], [0, 0]]
+    residuals[9, [0, 2, 3]] = 1, 2, 3
+    updates = Updates(np.array([1, 3, 4, 8]), np.array([False, True, False, False]), residuals)
+
+    rows = [[0, 1, 0, 1, 1, 0, 0, 0, 1, 0], [0, 1, 0, 0]]  # of 10 Gaussians, of 4 updates
+    rows += [[1, 1, 0], [1, -1], [0, 2], [0, 0]]  # of 3 updates, and of 2 translations
+    rows += [[1, 1, 1], [1, 2, 3]]  # opacities
+    assert estimate_updates(updates, 10) == pytest.approx(sum(map(entropy, rows)) / 8)
+
+
+def test_the_estimate_of_a_snapshot_has_differences_and_new_gaussians():
+    header = StreamHeader()
+    canonical, gaussians = make_gaussians(header, 8, seed=1), make_gaussians(header, 6)
+    snapshot = Snapshot(gaussians, np.array([0, -1, 2, 3, -1, 5]))
+
+    rows = [[1, 0, 1, 1, 0, 1, 0, 0], *compute_differences(snapshot, canonical).tolist()]
+    attributes = (*gaussians.positions, *gaussians.rotations, *gaussians.codes)
+    rows += [row[[1, 4]].tolist() for row in attributes]
+    assert estimate_snapshot(snapshot, canonical) == pytest.approx(sum(map(entropy, rows)) / 8)

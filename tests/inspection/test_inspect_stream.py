@@ -6,7 +6,12 @@ from quarc_ref.decoder import compute_digest
 from quarc_ref.format import container, wire
 from quarc_ref.format.errors import BitstreamError, PayloadCrcError
 from quarc_ref.format.records import StreamHeader, Tail
-from quarc_ref.inspection.estimate import estimate_births, estimate_gaussians, estimate_motion
+from quarc_ref.inspection.estimate import (
+    estimate_births,
+    estimate_gaussians,
+    estimate_motion,
+    estimate_updates,
+)
 from quarc_ref.inspection.inspect_stream import count_frames, inspect_stream
 from quarc_ref.inspection.stream_summary import KINDS
 from quarc_ref.streams.chunk_reader import split_chunks
@@ -137,6 +142,34 @@ def test_a_repeated_canonical_frame_is_canonical_too():
     summary = inspect_stream(data)
 
     assert [frame.canonical for frame in summary.frames] == [True, *[False] * 4, True]
+    assert summary.anchor_count == _SUMMARY.anchor_count > summary.frames[-1].anchors
     moved_bytes = sum(chunk.byte_count() for chunk in _CHUNKS[1:])
     assert summary.kilobytes_per_frame()["without_canonical"] == moved_bytes / 4 / 1024
     assert summary.coded_bytes()["canonical"] == 2 * _SUMMARY.coded_bytes()["canonical"]
+
+
+def test_updates_and_snapshots_are_described_as_decoded():
+    header = StreamHeader(seed=3, updates=True, snapshots=True)
+    data, states = make_stream(header, 40, frame_count=6, snapshot_every=3)
+    frames = inspect_stream(data).frames
+    chunks = [chunk for chunk in split_chunks(data) if chunk.kind in (b"CANO", b"SNAP", b"FRAM")]
+    kinds = ["canonical", "moved", "moved", "snapshot", "moved", "moved"]
+
+    assert [frame.kind for frame in frames] == kinds
+    snapshot = wire.parse_snapshot(chunks[3].payload)
+    assert frames[3].coded_bytes["snapshots"] == sum(
+        section.byte_count() for section in (snapshot.survivors, *snapshot.sections)
+    )
+    for index in (1, 2, 4, 5):
+        frame, updates = frames[index], states[index].updates
+        chunk = wire.parse_frame(chunks[index].payload, updates=True)
+        previous_count = frames[index - 1].gaussians
+        deleted_count = int(updates.dies.sum())
+        assert frame.gaussians == previous_count + frame.births - frame.deaths
+        assert frame.deaths == chunk.death_count + deleted_count
+        assert frame.updates == updates.count - deleted_count
+        assert frame.coded_bytes["updates"] == chunk.updates.byte_count()
+        assert frame.estimate_bytes["updates"] == estimate_updates(
+            updates, previous_count - chunk.death_count
+        )
+    assert sum(int(states[index].updates.dies.sum()) for index in (1, 2, 4, 5)) > 0
