@@ -1,5 +1,6 @@
 import sys
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 
@@ -41,6 +42,39 @@ def test_a_stream_is_measured(stream, threads):
     assert speed.peak_rss_mib > 10
     assert speed.stolen_share is None or 0 <= speed.stolen_share < 1
     assert speed.ms_by_stage.keys() == {"decode", "floats"}
+
+
+class _PlayerAtStatedTimes:
+    """Plays frames of 600 Gaussians, of which the first takes 9 ms to decode, and others 2 ms."""
+
+    def __init__(self, _source, **_options):
+        self.times = {"decode": 0}
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        pass
+
+    def __iter__(self):
+        for milliseconds in (9, 2, 2, 2):
+            self.times["decode"] += milliseconds * 1_000_000
+            yield SimpleNamespace(splats=SimpleNamespace(opacities=[0.0] * 600))
+
+
+def test_speeds_are_those_of_the_frames_after_the_first(stream, monkeypatch):
+    seconds = iter([10.0, 12.0, 12.5, 13.0, 13.5, 20.0, 20.25])  # the last two: opened again
+    cpu_seconds = iter([5.0, 5.75])
+    clock = SimpleNamespace(
+        perf_counter=lambda: next(seconds), process_time=lambda: next(cpu_seconds)
+    )
+    monkeypatch.setattr(decode_speed, "time", clock)
+    monkeypatch.setattr(decode_speed, "Player", _PlayerAtStatedTimes)
+    speed = measure_speed(str(stream), 1)
+
+    assert (speed.frames, speed.gaussians) == (4, 600)
+    assert (speed.fps, speed.cpu_ms, speed.ms_by_stage) == (2, 250, {"decode": 2})
+    assert (speed.first_frame_s, speed.warm_first_frame_s) == (2, 0.25)
 
 
 def test_a_stage_done_before_the_first_frame_is_still_listed(stream, monkeypatch):
