@@ -20,6 +20,7 @@ from quarc_ref.export.sidecar import (
     rotate_sidecar_upright,
 )
 from quarc_ref.export.table import EXPORT_FORMATS
+from quarc_ref.export.upright import rotate_upright
 from quarc_ref.format.records import StreamHeader
 from tests.small_streams import CAMERA, make_stream
 
@@ -186,6 +187,8 @@ def test_4dgs_has_ids_and_its_own_frame_rate(clip_and_frames, tmp_path):
         assert np.isfinite(splats.opacities).all()
         bound = 0.04 * float(np.median(np.exp(frame.splats.log_scales)))
         assert splats.positions == pytest.approx(frame.splats.positions, abs=bound)
+        assert splats.log_scales == pytest.approx(frame.splats.log_scales, abs=0.01)
+        assert np.abs((splats.rotations * frame.splats.rotations).sum(axis=1)).min() > 1 - 1e-5
 
 
 @pytest.mark.parametrize(
@@ -282,6 +285,25 @@ def test_a_4dgs_with_an_impossible_frame_rate_is_rejected(clip_and_frames, tmp_p
 
     with pytest.raises(UnreadableFramesError, match="frames per second"):
         open_frames(tmp_path / "all.4dgs")
+
+
+def test_a_4dgs_of_another_program_has_view_dependent_color(clip_and_frames, tmp_path):
+    fourdgs = pytest.importorskip("fourdgs")
+    pytest.importorskip("pygltflib")
+    clip, (frame, *_) = clip_and_frames
+    positions = np.random.default_rng(0).uniform(-1, 1, frame.splats.positions.shape)
+    splats = replace(frame.splats, positions=positions.astype(np.float32))
+    data = EXPORT_FORMATS["glb"].load_builder()(Frame(frame.scene, splats), clip)
+    (tmp_path / "a.glb").write_bytes(data)
+    gaussians = fourdgs.from_gltf(str(tmp_path / "a.glb")).gaussians
+    options = fourdgs.WriteOptions(profile="fine")
+    fourdgs.write(str(tmp_path / "a.4dgs"), gaussians, 1.0, options=options)
+    imported, _ = next(iter(open_frames(tmp_path / "a.4dgs").read()))
+
+    splats = rotate_upright(splats, clip)
+    offsets = imported.positions / clip.meters_per_unit - splats.positions[:, None]
+    order = np.linalg.norm(offsets, axis=2).argmin(axis=1)
+    assert imported.sh[order, 1:] == pytest.approx(splats.sh[:, 1:], abs=0.03)
 
 
 def test_a_4dgs_with_linear_motion_is_sampled(tmp_path):

@@ -10,38 +10,22 @@ import numpy as np
 import pytest
 
 from quarc_ref.decoder import dequantize
-from quarc_ref.export.clip import Clip, Frame
+from quarc_ref.export.clip import Frame
 from quarc_ref.export.errors import ExportError
 from quarc_ref.export.fourdgs_file import read_4dgs
-from quarc_ref.export.table import EXPORT_FORMATS
-from quarc_ref.format.records import StreamHeader
-from tests.small_streams import CAMERA, make_stream
+from quarc_ref.export.upright import rotate_upright
+from tests.export.frames import (
+    compare_rotations,
+    compute_colors,
+    compute_opacities,
+    export,
+    make_clip,
+)
+from tests.small_streams import CAMERA
 
 _FPS = 30
 _SPZ_STEP = 2**-12
 _COLOR_STEP = 1 / 255
-
-
-def make_clip(**header):
-    """Return the properties and the frames of a small stream with births."""
-    stream_header = StreamHeader(seed=7, gaussians_per_anchor=4, sh_rest_step=1 / 128, **header)
-    _, states = make_stream(stream_header)
-    return Clip(stream_header, (CAMERA,), {}), [Frame.from_scene(state.scene) for state in states]
-
-
-def export(name, clip, frames):
-    """Export the last frame, or all frames if the format is a sequence; return the bytes."""
-    entry = EXPORT_FORMATS[name]
-    if entry.package:
-        pytest.importorskip(
-            entry.package, reason=f"install it with pip install 'quarc-ref[{entry.extra}]'"
-        )
-    if not entry.is_sequence:
-        return entry.load_builder()(frames[-1], clip)
-    sequence = entry.begin(clip)
-    for frame in frames:
-        sequence.add(frame)
-    return sequence.finish()
 
 
 def read_by_gaussforge(data, source_format):
@@ -76,20 +60,6 @@ def read_by_gaussforge(data, source_format):
 
 def get_sh_dc(splats):
     return splats.sh[:, 0]
-
-
-def compute_opacities(splats):
-    return 1 / (1 + np.exp(-splats.opacities.astype(float)))
-
-
-def compute_colors(splats):
-    return np.clip(0.5 + 0.28209479177387814 * splats.sh[:, 0], 0, 1)
-
-
-def compare_rotations(first, second):
-    """Return the minimum cosine of half the angle between pairs of rotations."""
-    products = np.abs((first * second).sum(axis=1))
-    return products.min()
 
 
 def match_nearest(positions, expected):
@@ -191,6 +161,8 @@ def test_fourdgs_reads_glb_upright_and_in_meters(up, tmp_path):
     assert imported.scales == pytest.approx(np.exp(splats.log_scales) * 0.5, rel=1e-6)
     assert imported.colors[:, :3] == pytest.approx(compute_colors(splats), abs=1e-6)
     assert imported.colors[:, 3] == pytest.approx(compute_opacities(splats), abs=1e-6)
+    rotations = rotate_upright(splats, clip).rotations
+    assert compare_rotations(np.roll(imported.rotations, 1, axis=1), rotations) > 1 - 1e-6
 
 
 def test_glb_has_the_properties_required_by_the_extension():
@@ -203,21 +175,29 @@ def test_glb_has_the_properties_required_by_the_extension():
     assert primitive.mode == gltf.POINTS
     assert primitive.extensions["KHR_gaussian_splatting"]["kernel"] == "ellipse"
     assert {accessor.count for accessor in model.accessors} == {frames[-1].scene.count}
+    upright = rotate_upright(frames[-1].splats, clip)
     bounds = model.accessors[primitive.attributes.POSITION]
-    assert np.all(np.array(bounds.min) <= bounds.max)
+    assert bounds.min == upright.positions.min(axis=0).tolist()
+    assert bounds.max == upright.positions.max(axis=0).tolist()
+    for degree, coefficient, column in ((0, 0, 0), (1, 0, 1), (1, 1, 2), (1, 2, 3)):
+        name = f"KHR_gaussian_splatting:SH_DEGREE_{degree}_COEF_{coefficient}"
+        view = model.bufferViews[getattr(primitive.attributes, name)]
+        sh = np.frombuffer(model.binary_blob(), "<f4", view.byteLength // 4, view.byteOffset)
+        assert np.array_equal(sh.reshape(-1, 3), upright.sh[:, column])
 
 
 def test_openusd_reads_a_time_sample_per_frame(tmp_path):
     usd = pytest.importorskip("pxr.Usd")
     from pxr import UsdGeom, UsdVol
 
-    clip, frames = make_clip(up_axis=3)
+    clip, frames = make_clip(up_axis=3, meters_per_unit=0.5)
     path = tmp_path / "frames.usdc"
     path.write_bytes(export("usdc", clip, frames))
     stage = usd.Stage.Open(str(path))
     field = UsdVol.ParticleField3DGaussianSplat(stage.GetPrimAtPath("/scene/splats"))
 
     assert stage.GetTimeCodesPerSecond() == _FPS
+    assert UsdGeom.GetStageMetersPerUnit(stage) == 0.5
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode()) == (0, len(frames) - 1)
     assert field.GetPositionsAttr().GetTimeSamples() == [0, 1, 2, 3]
     for time, frame in enumerate(frames):
@@ -227,6 +207,10 @@ def test_openusd_reads_a_time_sample_per_frame(tmp_path):
         assert opacities == pytest.approx(compute_opacities(splats), abs=1e-6)
         sh = np.array(field.GetRadianceSphericalHarmonicsCoefficientsAttr().Get(time))
         assert np.array_equal(sh.reshape(splats.sh.shape), splats.sh)
+        radii = 3 * np.exp(splats.log_scales).max(axis=1, keepdims=True)
+        low, high = np.array(field.GetExtentAttr().Get(time))
+        assert low == pytest.approx((splats.positions - radii).min(axis=0))
+        assert high == pytest.approx((splats.positions + radii).max(axis=0))
     camera = UsdGeom.Camera(stage.GetPrimAtPath("/scene/camera_00"))
     pose = np.array(camera.GetLocalTransformation()).T
     assert pose[:3, 3] == pytest.approx([0, 0, -2])  # the position of CAMERA
@@ -238,7 +222,7 @@ def test_openusd_reports_a_full_disk_in_one_line():
     pytest.importorskip("resource")
     program = """
 import resource, signal
-from tests.export.test_readers import export, make_clip
+from tests.export.frames import export, make_clip
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (4096, resource.RLIM_INFINITY))
 export("usdc", *make_clip())
@@ -261,6 +245,7 @@ def test_usd_cameras_see_points_at_the_same_pixels(tmp_path):
     path.write_bytes(export("usdc", replace(clip, cameras=(camera,)), frames[:1]))
     stage = usd.Stage.Open(str(path))
     frustum = UsdGeom.Camera(stage.GetPrimAtPath("/scene/camera_00")).GetCamera(0).frustum
+    assert frustum.nearFar.min == pytest.approx(0.2 * camera.near)  # SPEC 10.3
     x, y, z = 0.3, 0.2, 2.0  # in the axes of the camera: right, down, forward
     projected = frustum.ComputeProjectionMatrix().Transform((x, -y, -z))
 
@@ -292,35 +277,13 @@ def test_fourdgs_reads_every_frame_of_4dgs_at_its_time():
         assert np.array_equal(imported["ids"], frame.scene.ids)
         bound = 0.02 * np.median(np.exp(frame.splats.log_scales))  # as in the profile
         assert np.abs(imported["centers"] - frame.splats.positions).max() < 2 * bound
+        rotations = np.roll(imported["rotations"], 1, axis=1)
+        assert compare_rotations(rotations, frame.splats.rotations) > 1 - 1e-5
+        assert imported["scales"] == pytest.approx(np.exp(frame.splats.log_scales), rel=0.01)
         assert imported["rgb"] == pytest.approx(compute_colors(frame.splats), abs=_COLOR_STEP)
         assert imported["opacity"] == pytest.approx(
             compute_opacities(frame.splats), abs=_COLOR_STEP
         )
-
-
-def test_rerun_reads_every_frame_of_rrd_on_its_timeline(tmp_path):
-    chunks = pytest.importorskip(
-        "rerun.chunk", reason="install it with pip install 'quarc-ref[rerun]'"
-    )
-    clip, frames = make_clip()
-    path = tmp_path / "frames.rrd"
-    path.write_bytes(export("rrd", clip, frames))
-    rows = {}
-    for chunk in chunks.RrdReader(str(path)).stream():
-        if chunk.entity_path == "/world/splats":
-            columns = ["frame", "GaussianSplats3D:centers", "GaussianSplats3D:colors"]
-            batch = chunk.to_record_batch().select(columns).to_pydict()
-            for index, frame in enumerate(batch["frame"]):
-                rows[frame] = {name: column[index] for name, column in batch.items()}
-
-    assert sorted(rows) == [0, 1, 2, 3]
-    for number, frame in enumerate(frames):
-        centers = np.array(rows[number]["GaussianSplats3D:centers"], dtype=np.float32)
-        assert np.array_equal(centers, frame.splats.positions)
-        packed = np.array(rows[number]["GaussianSplats3D:colors"], dtype=np.uint32)
-        red, alpha = packed >> 24, packed & 255
-        assert red / 255 == pytest.approx(compute_colors(frame.splats)[:, 0], abs=_COLOR_STEP)
-        assert alpha / 255 == pytest.approx(compute_opacities(frame.splats), abs=_COLOR_STEP)
 
 
 def test_numpy_reads_npz():
