@@ -258,6 +258,39 @@ def test_a_folder_of_single_frames_beside_complete_videos_does_not_matter(name, 
     assert read(folder).frame_count == read(built(name)).frame_count
 
 
+@pytest.mark.parametrize("key", ["dist", "D"])
+def test_the_lenses_of_easymocap_have_their_distortion(key, built, tmp_path):
+    folder = shutil.copytree(built("easymocap_videos"), tmp_path / "copy")
+    text = (folder / "intri.yml").read_text()
+    assert text.count("[ 0., 0., 0., 0., 0. ]") == 4
+    text = text.replace("[ 0., 0., 0., 0., 0. ]", "[ 0.1, -0.02, 0.003, 0.004, 0. ]")
+    (folder / "intri.yml").write_text(text.replace("dist_", f"{key}_"))
+
+    for camera in read(folder).cameras:
+        assert camera.lens.coefficients == (0.1, -0.02, 0.003, 0.004, 0)
+
+
+def test_the_lenses_of_the_panoptic_studio_have_their_distortion(built, tmp_path):
+    folder = shutil.copytree(built("panoptic_videos"), tmp_path / "copy")
+    path = folder / "calibration_room.json"
+    text = path.read_text().replace("[0, 0, 0, 0, 0]", "[-0.1, 0.02, 0.003, 0.004, 0.005]")
+    path.write_text(text)
+
+    for camera in read(folder).cameras:
+        assert camera.lens.coefficients == (-0.1, 0.02, 0.003, 0.004, 0.005)
+
+
+def test_without_hd_recordings_the_vga_cameras_of_the_panoptic_studio_are_used(built, tmp_path):
+    folder = shutil.copytree(built("panoptic_videos"), tmp_path / "copy")
+    (folder / "vgaVideos").mkdir()
+    (folder / "hdVideos" / "hd_00_01.mp4").rename(folder / "vgaVideos" / "vga_01_01.mp4")
+    hd_names = [camera.name for camera in read(folder).cameras]
+    shutil.rmtree(folder / "hdVideos")
+
+    assert hd_names == ["00_00", "00_02", "00_03"]
+    assert [camera.name for camera in read(folder).cameras] == ["01_01"]
+
+
 def test_of_the_panoptic_studio_only_cameras_with_pictures_are_used(built):
     names = [camera.name for camera in read(built("panoptic_videos")).cameras]
 
