@@ -55,3 +55,11 @@ def test_levels_have_the_finest_scale_that_fits():
     assert levels[0, :2] * scale == pytest.approx(depth[0, :2], abs=scale)
     assert levels[0, 2] == 0
     assert quantize_depth(0 * depth, depth)[1] == 1
+
+
+def test_only_pixels_without_a_depth_have_level_0():
+    depth = np.array([[1e-3, 1e5, 0, np.inf, np.nan]], dtype=np.float32)
+    levels, scale = quantize_depth(depth, np.ones_like(depth))
+
+    assert scale == 2
+    assert levels.tolist() == [[1, 50_000, 0, 0, 0]]

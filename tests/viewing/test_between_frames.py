@@ -38,6 +38,28 @@ def test_survivors_are_halfway_between_their_two_states(scenes):
     assert np.linalg.norm(between.rotations, axis=1) == pytest.approx(1, abs=1e-6)
 
 
+def test_survivors_turn_the_shorter_way_and_change_their_scales(scenes):
+    codes = scenes[1].codes.copy()
+    codes[:3] += 9
+    turned_scene = replace(
+        scenes[1], rotations=np.roll(scenes[1].rotations, 1, axis=0), codes=codes
+    )
+    first, second = dequantize(scenes[0]), dequantize(turned_scene)
+    kept = np.isin(scenes[0].ids, scenes[1].ids)
+    still = np.isin(scenes[1].ids, scenes[0].ids)
+    start, end = first.rotations[kept], second.rotations[still]
+    is_opposite = (start * end).sum(axis=1, keepdims=True) < 0
+    assert 0 < is_opposite.sum() < len(start)
+    between = interpolate(scenes[0], turned_scene, 0.25)
+
+    rotations = 0.75 * np.where(is_opposite, -start, start) + 0.25 * end
+    rotations /= np.linalg.norm(rotations, axis=1, keepdims=True)
+    assert between.rotations[: len(start)] == pytest.approx(rotations, abs=1e-6)
+    assert between.log_scales[: len(start)] == pytest.approx(
+        0.75 * first.log_scales[kept] + 0.25 * second.log_scales[still], abs=1e-5
+    )
+
+
 @pytest.mark.parametrize("reverse", [False, True], ids=["births", "deaths"])
 def test_births_fade_in_and_deaths_fade_out(scenes, reverse):
     first, second = scenes[::-1] if reverse else scenes

@@ -44,6 +44,9 @@ def test_there_is_a_picture_for_every_moment_and_one_at_the_end():
     poses = keyframe_path.interpolate(30)
     assert poses[0].eye == pytest.approx(keyframe_path.poses[0].eye)
     assert poses[-1].eye == pytest.approx(keyframe_path.poses[-1].eye)
+    rounded_path = _parse({"time": 0, "camera": "cam0"}, {"time": 0.29, "camera": "cam1"})
+    assert 0.29 * 100 < 29
+    assert rounded_path.count_pictures(100) == 30
 
 
 def test_keyframes_of_a_left_handed_stream_contain_its_reflection():

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -20,7 +22,7 @@ _CENTER = np.array([1.0, 2.0, 0.5])
 
 
 def test_poses_and_cameras_convert_exactly():
-    (camera, *_) = make_ring(_CENTER)
+    camera = replace(make_ring(_CENTER)[0], fx=30.0)  # pixels that are not square
     converted = get_camera_pose(camera).as_camera(camera)
 
     assert converted.rotation == pytest.approx(camera.rotation)
@@ -55,9 +57,8 @@ def test_the_up_direction_is_that_of_the_stream(up_axis, text, expected_up):
 def test_a_single_camera_looks_at_a_point_in_front_of_it():
     (camera, *_) = make_ring(_CENTER)
     pose = get_camera_pose(camera)
-    direction = find_center([camera]) - pose.eye
 
-    assert direction / np.linalg.norm(direction) == pytest.approx(pose.axes[2])
+    assert find_center([camera]) == pytest.approx(pose.eye + 4 * camera.near * pose.axes[2])
 
 
 def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
@@ -95,6 +96,18 @@ def test_a_tour_starts_at_its_camera_and_passes_all_others():
         distances = np.linalg.norm(positions - get_camera_pose(camera).eye, axis=1)
         assert distances.min() < 0.02
     assert len(plan_tour(ring[:1], ring[0], _AXES, 5)) == 5
+
+
+def test_a_tour_goes_on_to_the_nearest_camera():
+    arc = make_ring(_CENTER)[:4]
+    poses = plan_tour([arc[3], arc[0], arc[2], arc[1]], arc[0], _AXES, 600)
+    positions = np.array([pose.eye for pose in poses])
+    visits = [
+        np.linalg.norm(positions - get_camera_pose(camera).eye, axis=1).argmin() for camera in arc
+    ]
+
+    assert visits == sorted(visits)
+    assert (visits[0], visits[-1]) == (0, 599)
 
 
 @pytest.mark.parametrize("plan", [plan_orbit, plan_spiral, plan_tour])
