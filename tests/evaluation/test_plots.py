@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from quarc_ref.evaluation import plots
 from quarc_ref.evaluation.plots import (
     Curve,
     encode_picture,
@@ -15,7 +16,9 @@ from quarc_ref.evaluation.plots import (
     plot_frames,
     plot_number_groups,
 )
+from quarc_ref.format.records import StreamHeader
 from quarc_ref.inspection.inspect_stream import inspect_stream
+from quarc_ref.inspection.stream_summary import KINDS
 from tests.small_streams import make_stream
 
 
@@ -58,6 +61,28 @@ def test_other_values_give_another_plot():
     assert plot_frames(summary, Curve(range(4), [30, 31, 32, 33])) != plot_frames(
         summary, Curve(range(4), [30, 31, 32, 30])
     )
+
+
+def test_bars_have_the_sizes_of_the_stream(monkeypatch):
+    monkeypatch.setattr(plots, "_encode_png", lambda figure: figure)
+    header = StreamHeader(seed=3, updates=True)
+    summary = inspect_stream(make_stream(header, frame_count=5)[0])
+    _, frame_axes = plot_frames(summary, Curve(range(5), [30.0] * 5)).axes
+    (kind_axes,) = plot_bytes_by_kind(summary).axes
+
+    for index, frame in enumerate(summary.frames[1:], start=1):
+        top = 0.0
+        for kind, bars in zip(("motion", "updates", "births"), frame_axes.containers, strict=False):
+            assert bars[index].get_y() == pytest.approx(top)
+            assert bars[index].get_height() == pytest.approx(frame.coded_bytes[kind] / 1024)
+            top += bars[index].get_height()
+        overhead_bar = frame_axes.containers[3][index]
+        assert overhead_bar.get_y() == pytest.approx(top)
+        assert top + overhead_bar.get_height() == pytest.approx(frame.chunk_bytes / 1024)
+    sizes = [[bar.get_height() * 1024 for bar in bars] for bars in kind_axes.containers]
+    coded, estimate = summary.coded_bytes(), summary.estimate_bytes()
+    assert sizes[0] == pytest.approx([coded[kind] for kind in (*KINDS, "overhead")])
+    assert sizes[1] == pytest.approx([estimate[kind] for kind in KINDS])
 
 
 def test_a_frame_without_any_error_can_be_plotted():

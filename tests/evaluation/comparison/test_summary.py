@@ -151,3 +151,14 @@ def test_csv_has_a_line_for_each_point_and_view():
         "method": "a", "point": "x", "run": "1", "camera": "cam01", "frame": "4",
         "psnr": "33.0", "ssim": "0.31",
     }  # fmt: skip
+
+
+def test_csv_has_the_differences_from_the_first_point():
+    comparison = _make_comparison(
+        _make_entry("a", "x", 30.0, 4096), _make_entry("b", "y", 31.0, 1024)
+    )
+    first, second = csv.DictReader(io.StringIO(format_points_csv(summarize(comparison)).decode()))
+    names = ("psnr_to_first", "psnr_to_first_deviation", "better_than_first", "kb_per_frame")
+
+    assert [first[name] for name in names] == ["", "", "", "2.0"]
+    assert [second[name] for name in names] == ["1.0", "0.0", "1.0", "0.5"]
