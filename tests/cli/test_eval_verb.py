@@ -67,7 +67,9 @@ def test_the_means_and_the_report_are_printed(encoded_stream, capture, output_an
     result = run("eval", encoded_stream.file, capture, "--report", tmp_path / "new")
 
     assert result.exit_code == 0
-    assert f"{output_and_report[0]['psnr']:.2f} dB" in result.stdout
+    psnr = output_and_report[0]["psnr_per_frame"]
+    assert f"{mean(psnr):.2f} dB; frame 0 {psnr[0]:.2f}, worst {min(psnr):.2f}" in result.stdout
+    assert "measured frames  0 to 2" in result.stdout
     assert "ssim_inria" in result.stdout
     assert re.search(r"^cam00 .*\d$", result.stdout, re.MULTILINE)
     assert re.search(r"^mean .*\d$", result.stdout, re.MULTILINE)

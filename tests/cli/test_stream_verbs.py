@@ -81,9 +81,25 @@ def test_info_prints_the_same_figures_as_text(stream_file):
         assert re.search(
             rf"^{kind} +{size:,} bytes \(zero-order estimate {estimate:,}\)", text, re.M
         )
-    assert f"{json_output['kb_per_frame']['with_canonical']:.2f} for the whole stream" in text
+    kilobytes = json_output["kb_per_frame"]
+    assert f"{kilobytes['without_canonical']:.2f} without keyframes" in text
+    assert f"{kilobytes['with_canonical']:.2f} for the whole stream" in text
     assert "cam00 (held out)" in text
     assert "made by hand" in text
+
+
+@pytest.mark.parametrize(
+    ("fields", "expected"),
+    [
+        ({}, "right-handed, up unknown, unknown meters per unit"),
+        ({"up_axis": 3, "meters_per_unit": 0.5}, "right-handed, up +y, 0.5 meters per unit"),
+        ({"up_axis": 6, "right_handed": False}, "left-handed, up -z, unknown meters per unit"),
+    ],
+)
+def test_info_states_the_axes_and_the_scale(fields, expected, tmp_path):
+    _write_stream(tmp_path / "a.quarc", {}, **fields)
+
+    assert expected in run("info", tmp_path / "a.quarc").stdout
 
 
 def test_metadata_is_printed_unchanged_and_hides_nothing(tmp_path):
