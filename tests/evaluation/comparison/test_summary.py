@@ -1,10 +1,13 @@
 import csv
 import io
 from dataclasses import replace
+from pathlib import Path
 from statistics import stdev
+from types import SimpleNamespace
 
 import pytest
 
+from quarc_ref.evaluation.comparison import page
 from quarc_ref.evaluation.comparison.entries import EntryInfo, Label
 from quarc_ref.evaluation.comparison.measure import Comparison, MeasuredEntry
 from quarc_ref.evaluation.comparison.summary import summarize
@@ -16,6 +19,7 @@ from quarc_ref.evaluation.comparison.tables import (
     list_point_headings,
     list_remarks,
 )
+from quarc_ref.evaluation.plots import Curve
 from quarc_ref.evaluation.quality import Quality
 
 _FRAMES = (3, 4)
@@ -162,3 +166,16 @@ def test_csv_has_the_differences_from_the_first_point():
 
     assert [first[name] for name in names] == ["", "", "", "2.0"]
     assert [second[name] for name in names] == ["1.0", "0.0", "1.0", "0.5"]
+
+
+def test_the_curves_of_the_page_go_from_low_to_high_rates(monkeypatch):
+    panels = {}
+    monkeypatch.setattr(page, "plot_rates", lambda curves, _: panels.update(curves) or b"")
+    rates_and_psnr = ((4096, 33.0), (1024, 30.0), (2048, 31.0))
+    comparison = _make_comparison(
+        *(_make_entry("a", str(rate), psnr, rate) for rate, psnr in rates_and_psnr)
+    )
+    folder = SimpleNamespace(write=lambda name, _: Path(name))
+    page.write_comparison(comparison, summarize(comparison), folder)
+
+    assert panels["PSNR (dB)"]["a"] == Curve((0.5, 1, 2), (31, 32, 34))
