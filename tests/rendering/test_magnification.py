@@ -96,15 +96,19 @@ def test_a_smaller_picture_shows_what_the_capture_shows(thin_splats, factor):
     assert np.abs(scaled - expected).mean() < 0.5 * np.abs(unscaled - expected).mean()
 
 
-def test_from_nearby_gaussians_keep_their_filter_relative_to_the_scene(thin_splats):
-    near_camera = replace(CAMERA, translation=(0, 0, -0.01))  # 4.5 from the Gaussians becomes 2.5
-    far_camera = replace(CAMERA, fx=CAMERA.fx * 4.54 / 2.54, fy=CAMERA.fy * 4.54 / 2.54)
+@pytest.mark.parametrize("distance", [2.54, 9.08])
+def test_from_other_distances_gaussians_keep_their_filter_relative_to_the_scene(
+    distance, thin_splats
+):
+    moved_camera = replace(CAMERA, translation=(0, 0, distance - 2.55))  # 4.54 from the Gaussians
+    factor = 4.54 / distance
+    zoomed_camera = replace(CAMERA, fx=CAMERA.fx * factor, fy=CAMERA.fy * factor)
     expected, scaled, unscaled = (
         render_picture(thin_splats, camera, magnification)
         for camera, magnification in (
-            (far_camera, measure_magnification(far_camera, [CAMERA])),
-            (near_camera, measure_magnification(near_camera, [CAMERA])),
-            (near_camera, UNMAGNIFIED),
+            (zoomed_camera, measure_magnification(zoomed_camera, [CAMERA])),
+            (moved_camera, measure_magnification(moved_camera, [CAMERA])),
+            (moved_camera, UNMAGNIFIED),
         )
     )
 
