@@ -110,7 +110,8 @@ def test_a_given_rate_that_is_not_that_of_the_videos_is_a_finding(folder, shots,
     scenes.write_transforms(folder, scenes.make_video_document(shots, fps=60), points)
     (finding,) = open_capture(folder).findings
     assert finding.kind == "stated-frame-rate"
-    assert "states 60 frames per second, but the videos have 30, " in finding.message
+    assert "states 60 frames per second, but the videos have 30, so the" in finding.message
+    assert "is played 2 times as fast" in finding.message
     write_capture_notes(folder / NOTES_NAME, CaptureNotes(frames_per_second=60))
     assert open_capture(folder).findings == ()
 
