@@ -11,15 +11,16 @@ ROTATION = ROTATION * np.linalg.det(ROTATION)
 SHIFT = np.array([4.0, -2, 7])
 
 
-def transform_rig(cameras):
-    return [transform_camera(camera, ROTATION, SHIFT, 0.3) for camera in cameras]
+def transform_rig(cameras, rotation=ROTATION):
+    return [transform_camera(camera, rotation, SHIFT, 0.3) for camera in cameras]
 
 
+@pytest.mark.parametrize("signs", [(1, 1, 1), (1, -1, -1), (-1, -1, 1)])
 @pytest.mark.parametrize(("up", "height"), [("level", 0.5), ("plane", 0.5), ("cam03", 0.0)])
-def test_a_tilted_ring_becomes_upright(up, height):
+def test_a_tilted_ring_becomes_upright(up, height, signs):
     rig = make_ring(height=height)
 
-    world = define_world(transform_rig(rig), POINTS, up)
+    world = define_world(transform_rig(rig, np.diag(signs) @ ROTATION), POINTS, up)
 
     heights = [-center(camera)[1] for camera in world.cameras]
     down_components = [camera.pose.rotation[1, 1] for camera in world.cameras]
