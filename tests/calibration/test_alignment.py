@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from quarc_ref.calibration.alignment import align_signals, correlate_signals, subtract_running_mean
 
@@ -31,6 +32,16 @@ def test_planted_shifts_are_found_and_their_median_is_0():
 
     assert [shift.samples for shift in shifts] == pytest.approx([-o for o in offsets], abs=0.3)
     assert min(shift.confidence for shift in shifts) > 3
+
+
+def test_shifts_are_finer_than_a_sample():
+    noise = np.random.default_rng(0).standard_normal((4000, 1))
+    smooth_noise = gaussian_filter1d(noise, 25, axis=0)
+    offsets = np.array([0, 3, -24, 147])  # tenths of a sample
+
+    shifts = find_shifts([smooth_noise[500 + o : 2500 + o : 10] for o in offsets])
+
+    assert np.ptp([shift.samples for shift in shifts] + offsets / 10) < 0.2
 
 
 def test_an_unrelated_signal_is_not_clear():

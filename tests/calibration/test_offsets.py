@@ -32,8 +32,8 @@ def write_with_sound(path, offset, sound, frames=90, first_time=0, silent_frames
             frame = av.VideoFrame.from_ndarray(np.full((32, 32, 3), 99, np.uint8), "rgb24")
             frame.pts, frame.time_base = first_time + index, Fraction(1, 30)
             container.mux(video.encode(frame))
-        first_sample = (offset + silent_frames) * SAMPLE_RATE // 30
-        recorded_sound = sound[first_sample : (offset + frames) * SAMPLE_RATE // 30]
+        first_sample = round((offset + silent_frames) * SAMPLE_RATE / 30)
+        recorded_sound = sound[first_sample : round((offset + frames) * SAMPLE_RATE / 30)]
         first_pts = (first_time + silent_frames) * SAMPLE_RATE // 30
         for block_start in range(0, len(recorded_sound), 1024):
             block = av.AudioFrame.from_ndarray(
@@ -72,6 +72,17 @@ def test_planted_offsets_are_found_by_sound(tmp_path):
     assert estimated.unreliable_cameras == []
     assert max_error(list(estimated.frame_offsets.values())) < 0.5
     assert motions == {}
+
+
+def test_offsets_that_are_found_by_sound_are_finer_than_a_frame(tmp_path):
+    delays, sound = np.array([0, 4.5, 9.25, 2.75]), make_sound()
+    for index, delay in enumerate(delays):
+        write_with_sound(tmp_path / f"cam{index}.mp4", delay, sound)
+
+    estimated, _ = find_offsets(find_recordings(tmp_path), SyncMethod.SOUND, ignore_progress)
+
+    errors = np.array(list(estimated.written_offsets.values())) + delays
+    assert np.ptp(errors) < 0.1
 
 
 def test_sound_may_begin_later_than_the_pictures_and_both_later_than_the_container(tmp_path):
