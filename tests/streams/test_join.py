@@ -52,6 +52,16 @@ def test_the_joined_parts_of_a_stream_are_the_stream():
     assert join_bytes(_DATA) == _DATA
 
 
+def test_the_joined_parts_of_a_stream_are_of_the_same_capture():
+    metadata = {"start": "30", "fingerprint": "f"}
+    data = _replace_payloads(_DATA, {container.META: wire.build_metadata(metadata)})
+    parts = [cut_bytes(data, *frames) for frames in ((0, 4), (4, 8), (8, None))]
+
+    assert _read(join_bytes(*parts)).metadata == metadata
+    assert _read(join_bytes(*parts[1:])).metadata == metadata
+    assert _read(join_bytes(parts[0], parts[2])).metadata == {}
+
+
 @given(st.lists(st.sampled_from([(0, 2), (4, 7), (8, 11), (0, 11)]), min_size=1, max_size=4))
 @settings(max_examples=15)
 def test_any_parts_in_any_order_decode_to_the_digests_of_the_parts(ranges):

@@ -16,6 +16,7 @@ from quarc_ref.format.records import Tail
 from quarc_ref.streams import BytesSource, Follow, Gap, PipeSource, decode, recover, resync
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.small_streams import CountedSource, GrowingSource, make_stream, rebuild_stream
+from tests.streams.edits import cut_bytes
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=9, canonical_every=3)
 _CHUNKS = list(split_chunks(_DATA))
@@ -66,6 +67,15 @@ def test_a_truncated_stream_gives_its_complete_frames_and_an_error():
         assert len(events) - len(gaps) == sum(end <= size for end in ends)
         assert [gap.reject_id for gap in gaps] == ["truncated"]
         assert gaps[0].offset + gaps[0].byte_count == size
+
+
+def test_frames_lost_at_the_end_of_a_part_of_a_stream_are_counted():
+    part = cut_bytes(_DATA, 3)
+    chunks = list(split_chunks(part))
+    last = [chunk for chunk in chunks if chunk.kind == container.FRAM][-1]
+    frames, (gap,) = _recover(part.replace(part[last.offset :][: last.byte_count()], b""))
+
+    assert (frames, gap.frames_lost) == ([3, 4, 5, 6, 7], 1)
 
 
 @pytest.mark.parametrize("lost", range(1, len(_CHUNKS)))
