@@ -83,6 +83,33 @@ def test_the_distance_of_uniform_pictures_is_that_of_their_colors(tmp_path):
     assert Lpips(tmp_path / "weights.pth").measure(*pictures) == pytest.approx(expected, rel=1e-5)
 
 
+def test_the_distance_is_that_of_the_layers_of_vgg16(lpips, weights):
+    network, input_channels = torch.nn.Sequential(), 3
+    for index, layers in enumerate(_VGG16_CONVOLUTIONS):
+        if index:
+            network.append(torch.nn.MaxPool2d(2))
+        for layer in layers:
+            convolution = torch.nn.Conv2d(input_channels, _CHANNELS[index], 3, padding=1)
+            convolution.requires_grad_(False)
+            for kind in ("weight", "bias"):
+                getattr(convolution, kind).data = weights[f"net.slice{index + 1}.{layer}.{kind}"]
+            assert len(network) == layer
+            network.extend([convolution, torch.nn.ReLU()])
+            input_channels = _CHANNELS[index]
+    pictures = np.stack([_make_picture(), _make_picture(1)])
+    features = torch.from_numpy((pictures - np.float32(_SHIFT)) / np.float32(_SCALE))
+    features, expected = features.permute(0, 3, 1, 2), 0.0
+    for index, layer in enumerate(network):
+        features = layer(features)
+        if index in (3, 8, 15, 22, 29):  # the last layer of each slice
+            norms = features.square().sum(dim=1, keepdim=True).sqrt()
+            first, second = features / (norms + 1e-10)
+            head = weights[f"lin{(3, 8, 15, 22, 29).index(index)}.model.1.weight"][0]
+            expected += float((head * (first - second) ** 2).sum(dim=0).mean())
+
+    assert lpips.measure(*pictures) == pytest.approx(expected, rel=1e-4)
+
+
 def test_the_variant_names_network_range_and_weights(lpips, weights, tmp_path):
     assert "VGG16" in lpips.variant
     assert "from 0 to 1" in lpips.variant

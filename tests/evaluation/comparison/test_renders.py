@@ -29,6 +29,12 @@ def test_hidden_files_are_not_pictures(tmp_path, pattern):
     assert entry.info.frames == (3, 4)
 
 
+def test_only_frames_of_all_cameras_are_frames_of_an_entry(tmp_path):
+    write_pictures(tmp_path, ["cam0/3.png", "cam0/4.png", "cam1/4.png", "cam1/5.png"])
+
+    assert open_renders(tmp_path, LABEL, ["cam0", "cam1"], None).info.frames == (4,)
+
+
 @pytest.mark.parametrize("pattern", ["cam0/0003", "0003/cam0"])
 def test_two_files_of_one_picture_are_rejected(tmp_path, pattern):
     write_pictures(tmp_path, [f"{pattern}.png", f"{pattern}.jpg"])
