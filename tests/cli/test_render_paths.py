@@ -94,6 +94,21 @@ def test_a_path_of_a_camera_shows_the_view_of_that_camera(stream, tmp_path):
     assert np.abs(path_picture.astype(int) - camera_picture).max() <= 2
 
 
+def test_a_path_file_may_end_between_two_frames(stream, tmp_path):
+    path = tmp_path / "path.json"
+    keyframes = [
+        {"time": 0, "camera": "cam00", "frame": 0}, {"time": 0.05, "camera": "cam00", "frame": 1}
+    ]  # fmt: skip
+    path.write_text(json.dumps({"schema": "quarc-ref/camera-path/1", "keyframes": keyframes}))
+    json_output = run_json("render", stream, "-o", tmp_path / "o", "--path", path)
+    run_json("render", stream, "-o", tmp_path / "frames", "--frames", ":2")
+
+    assert json_output["files"] == ["frame_0000.png", "frame_0001.png"]
+    between = _read_png(tmp_path / "o" / "frame_0001.png")
+    for name in ("frame_0000.png", "frame_0001.png"):
+        assert not np.array_equal(between, _read_png(tmp_path / "frames" / name))
+
+
 def test_a_webm_video_has_the_frames_of_the_stream(stream, tmp_path):
     json_output = run_json("render", stream, "-o", tmp_path / "a.webm")
     run_json("render", stream, "-o", tmp_path / "a", "--to", "png")

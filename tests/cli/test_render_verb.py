@@ -93,6 +93,7 @@ def test_colors_are_at_half_resolution_if_options_and_size_allow_it(
         (["--fps", 29.97, "--pictures", 6], 6, 29.97),
         (["--fps", 60, "--frames", "1:3"], 4, 60),
         (["--fps", 1], 1, 1),
+        (["--fps", 20], 3, 20),
     ],
 )
 def test_the_frame_rate_of_a_video_can_be_chosen(options, count, rate, stream_file, tmp_path):
