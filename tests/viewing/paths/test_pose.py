@@ -61,6 +61,18 @@ def test_a_single_camera_looks_at_a_point_in_front_of_it():
     assert find_center([camera]) == pytest.approx(pose.eye + 4 * camera.near * pose.axes[2])
 
 
+def test_cameras_whose_axes_meet_far_away_look_at_a_point_in_front_of_the_first():
+    (reference_camera, *_) = make_ring(_CENTER)
+    cameras = [
+        look_at(np.array([x, 0.0, 0.0]), np.array([0.0, 1e4, 0.0]), _UP, 1.0).as_camera(
+            reference_camera
+        )
+        for x in (1.0, 2.0, -2.0)
+    ]
+
+    assert find_center(cameras) == pytest.approx(np.array([1, 4 * cameras[0].near, 0]), abs=1e-3)
+
+
 def test_an_orbit_goes_around_the_center_at_constant_height_and_distance():
     ring = make_ring(_CENTER)
     poses = plan_orbit(ring, ring[2], _AXES, 8)
