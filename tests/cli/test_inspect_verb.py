@@ -10,7 +10,8 @@ from quarc_ref.streams.chunk_reader import split_chunks
 from tests.cli.commands import run, run_json
 from tests.small_streams import make_stream, rebuild_stream
 
-_DATA, _STATES = make_stream(gaussian_count=40, frame_count=6, canonical_every=4)
+_HEADER = StreamHeader(seed=7, resample_interval=2, gaussians_per_anchor=4, rotation_components=4)
+_DATA, _STATES = make_stream(_HEADER, gaussian_count=40, frame_count=6, canonical_every=4)
 _CHUNKS = list(split_chunks(_DATA))
 
 
