@@ -1,9 +1,12 @@
 import os
+import sys
 import time
+from types import SimpleNamespace
 
 import pytest
 
 from quarc_ref.jobs import Job, JobsError, WorkerPool, run_jobs
+from quarc_ref.jobs.on_ray import run_on_ray
 from tests.jobs import works
 
 
@@ -52,3 +55,18 @@ def test_a_local_cluster_ends_with_its_jobs(ray_cluster):
     processes = run_jobs(works.name_processes, _make_jobs(1), WorkerPool(ray="local"))
 
     assert [_has_stopped(process) for process in processes[0]] == [True, True]
+
+
+@pytest.mark.parametrize(("address", "cpus"), [("local", 6), ("auto", None)])
+def test_a_local_cluster_has_processors_for_all_threads_of_all_jobs(address, cpus, monkeypatch):
+    given_options = {}
+    stub = SimpleNamespace(
+        init=lambda address, **options: given_options.update(options, address=address),
+        remote=lambda **options: given_options.update(task=options) or (lambda function: function),
+        shutdown=lambda: None,
+    )
+    monkeypatch.setitem(sys.modules, "ray", stub)
+    assert list(run_on_ray([], WorkerPool(workers=2, threads=3, ray=address, gpus=0.5))) == []
+
+    assert (given_options["address"], given_options.get("num_cpus")) == (address, cpus)
+    assert given_options["task"] == {"num_cpus": 3, "num_gpus": 0.5}
