@@ -205,8 +205,10 @@ def test_enough_common_frames_suffice(folder, pictures):
 
     assert [capture.require_frames(requested_count) for requested_count in (1, 4)] == [1, 4]
     assert capture.image(3, 3).shape == (32, 48, 3)
-    with pytest.raises(TooFewFramesError, match=r"5 frames are requested, but capture .* has 4"):
-        capture.require_frames(5)
+    for requested_count in (0, 5):
+        message = rf"{requested_count} frames are requested, but capture .* has 4"
+        with pytest.raises(TooFewFramesError, match=message):
+            capture.require_frames(requested_count)
 
 
 def test_the_frames_of_a_limited_capture_are_those_within_the_limit(folder, pictures):
