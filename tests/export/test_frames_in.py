@@ -287,6 +287,25 @@ def test_a_4dgs_with_an_impossible_frame_rate_is_rejected(clip_and_frames, tmp_p
         open_frames(tmp_path / "all.4dgs")
 
 
+@pytest.mark.parametrize(
+    ("named_file", "rate", "count"), [("all.4dgs", 50, 8), ("other.4dgs", 25, 4)]
+)
+def test_a_4dgs_has_the_frame_rate_of_a_sidecar_that_names_it(
+    named_file, rate, count, clip_and_frames, tmp_path
+):
+    pytest.importorskip("fourdgs")
+    clip, frames = clip_and_frames
+    sequence = EXPORT_FORMATS["4dgs"].begin(clip)
+    for frame in frames:
+        sequence.add(frame)
+    (tmp_path / "all.4dgs").write_bytes(sequence.finish())
+    sidecar_clip = Clip(replace(clip.header, timescale=50))
+    (tmp_path / SIDECAR_NAME).write_bytes(build_sidecar(sidecar_clip, named_file, 0))
+    imported = open_frames(tmp_path / "all.4dgs")
+
+    assert (imported.frames_per_second, imported.count) == (pytest.approx(rate), count)
+
+
 def test_a_4dgs_of_another_program_has_view_dependent_color(clip_and_frames, tmp_path):
     fourdgs = pytest.importorskip("fourdgs")
     pytest.importorskip("pygltflib")
