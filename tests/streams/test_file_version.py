@@ -86,6 +86,15 @@ def test_a_file_replaced_during_reading_is_rejected(server, data):
         source.read(300, 200)
 
 
+def test_a_file_replaced_after_a_request_of_its_size_is_rejected(server):
+    source = HttpSource(server.url)
+    source.read(100, 200)
+    source.size()  # reads a byte that both files have
+    server.file = lambda _: DATA[:8] + _LONGER_DATA
+    with pytest.raises(SourceError, match="it was changed while it was being read"):
+        source.read(300, 200)
+
+
 def test_a_growing_file_is_not_another_file(server):
     source = HttpSource(server.url)
     for size in (0, 5, 40, len(DATA)):
