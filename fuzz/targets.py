@@ -86,7 +86,7 @@ def fuzz_poses(data: bytes) -> None:
     with _write_temporary_file("poses_bounds.npy", data) as path, suppress(CaptureError):
         for row in n3dv._read_rows(path):
             with suppress(CaptureError):
-                n3dv._make_camera("cam00", (48, 32), row, path)
+                n3dv._make_camera("cam00", (48, 32), 0, row, path)
 
 
 @contextmanager
