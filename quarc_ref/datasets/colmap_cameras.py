@@ -19,6 +19,8 @@ CAMERA_MODELS = (
     "RADIAL",
     "OPENCV",
     "FULL_OPENCV",
+    "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
     "OPENCV_FISHEYE",
 )
 _OPENCV_COEFFICIENT_COUNT = 4
@@ -51,7 +53,7 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
         cx=camera.principal_point_x,
         cy=camera.principal_point_y,
         coefficients=tuple(float(camera.params[i]) for i in camera.extra_params_idxs()),
-        fisheye=camera.model == pycolmap.CameraModelId.OPENCV_FISHEYE,
+        fisheye=camera.model.name.endswith("FISHEYE"),
     )
 
 

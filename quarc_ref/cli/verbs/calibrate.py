@@ -31,6 +31,8 @@ ModelName = Literal[
     "RADIAL",
     "OPENCV",
     "FULL_OPENCV",
+    "SIMPLE_RADIAL_FISHEYE",
+    "RADIAL_FISHEYE",
     "OPENCV_FISHEYE",
 ]
 

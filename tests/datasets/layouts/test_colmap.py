@@ -1,9 +1,11 @@
 import shutil
 
 import numpy as np
+import pycolmap
 import pytest
 
 from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.colmap_cameras import CAMERA_MODELS, make_lens
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingCameraError,
@@ -12,7 +14,7 @@ from quarc_ref.datasets.errors import (
     UnsupportedCameraError,
 )
 from quarc_ref.datasets.layouts.colmap import find_model, read_colmap
-from tests.datasets import scenes
+from tests.datasets import lenses, scenes
 
 
 @pytest.fixture(scope="module")
@@ -165,7 +167,13 @@ def test_lenses_of_two_focal_lengths_are_read(folder, shots, model, extra, coeff
 
 @pytest.mark.parametrize(
     ("model", "coefficients"),
-    [("SIMPLE_PINHOLE", ()), ("SIMPLE_RADIAL", (0.1,)), ("RADIAL", (0.1, 0.02))],
+    [
+        ("SIMPLE_PINHOLE", ()),
+        ("SIMPLE_RADIAL", (0.1,)),
+        ("RADIAL", (0.1, 0.02)),
+        ("SIMPLE_RADIAL_FISHEYE", (0.1,)),
+        ("RADIAL_FISHEYE", (0.1, 0.02)),
+    ],
 )
 def test_lenses_of_one_focal_length_are_read(folder, shots, model, coefficients):
     rewrite_model(folder, shots, None, text=True)
@@ -177,6 +185,24 @@ def test_lenses_of_one_focal_length_are_read(folder, shots, model, coefficients)
 
     assert (lens.fx, lens.fy, lens.cx, lens.cy) == (40, 40, 23, 17)
     assert lens.coefficients == coefficients
+    assert lens.fisheye == model.endswith("FISHEYE")
+
+
+@pytest.mark.parametrize("model", CAMERA_MODELS)
+def test_a_lens_distorts_like_the_camera_of_colmap(model):
+    camera = pycolmap.Camera(model=model, width=96, height=64, camera_id=1)
+    camera.params = [0.01 * (i + 1) for i in range(len(camera.params_info.split(",")))]
+    for indices, value in (
+        (camera.focal_length_idxs(), 60.0),
+        (camera.principal_point_idxs(), 40.0),
+    ):
+        for index in indices:
+            camera.params[index] = value
+    lens = make_lens("cam00", camera)
+
+    for direction in ((0.4, 0.3), (-0.5, 0.2)):
+        expected = camera.img_from_cam(np.array([*direction, 1.0]))
+        assert lenses.distort(lens, *direction) == pytest.approx(tuple(expected))
 
 
 def test_an_unsupported_lens_is_named_with_its_camera(folder, shots):
