@@ -1,5 +1,7 @@
 """Reads matrices, numbers and lists of names from YAML files that OpenCV's FileStorage writes."""
 
+import re
+
 import cv2
 import numpy as np
 
@@ -10,6 +12,10 @@ Node = Float64Array | float | str | list[str]
 _MAX_BYTES = 1 << 22
 _MAX_NUMBERS = 1 << 10  # maximum size of a matrix; a calibration needs at most 16
 _MAX_NODES = 1 << 14
+# An item of a list such as 00 or 08, without quotes; OpenCV reads it as an octal number.
+_UNQUOTED_NAME = re.compile(
+    r"(^[ \t]*-[ \t]+|[\[,][ \t]*)(0\d+)(?=[ \t\r]*(?:[,\]]|$))", re.MULTILINE
+)
 _STORAGE_FLAGS = cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | cv2.FILE_STORAGE_FORMAT_YAML
 
 
@@ -29,6 +35,7 @@ def parse_yaml(data: bytes) -> dict[str, Node]:
     if "\0" in text or not text.startswith("%YAML"):
         message = "the file does not begin with %YAML"
         raise ValueError(message)
+    text = _UNQUOTED_NAME.sub(r'\1"\2"', text)
     try:
         storage = cv2.FileStorage(text, _STORAGE_FLAGS)
         root = storage.root()
