@@ -15,17 +15,17 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.arrangements import find_cameras_without_poses, find_pictures
-from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, Lens, make_pose
+from quarc_ref.datasets.calibration import CalibratedCamera, Float64Array, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.opencv_lens import make_opencv_lens
 from quarc_ref.datasets.opencv_yaml import Node, parse_yaml
 from quarc_ref.datasets.pictures import Size
 from quarc_ref.datasets.undistortion import make_rotation_matrix
 
 _MAX_COEFFICIENTS = 8
-_OPENCV_CENTER_SHIFT = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 Matrices = Mapping[str, Node]
 
@@ -89,16 +89,7 @@ def _make_camera(
     if len(distortion) > _MAX_COEFFICIENTS:
         message = f"dist_{name} has more than {_MAX_COEFFICIENTS} coefficients"
         raise ValueError(message)
-    width, height = size
-    lens = Lens(
-        width=width,
-        height=height,
-        fx=float(matrix[0, 0]),
-        fy=float(matrix[1, 1]),
-        cx=float(matrix[0, 2]) + _OPENCV_CENTER_SHIFT,
-        cy=float(matrix[1, 2]) + _OPENCV_CENTER_SHIFT,
-        coefficients=distortion if any(distortion) else (),
-    )
+    lens = make_opencv_lens(size, matrix, distortion)
     rotation = _read_rotation(name, extrinsics)
     center = -rotation.T @ _get_matrix(extrinsics, f"T_{name}", 3)
     return CalibratedCamera(name, lens, make_pose(rotation.T, center))

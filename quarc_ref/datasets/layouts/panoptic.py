@@ -21,15 +21,15 @@ from quarc_ref.datasets.arrangements import (
     list_videos,
     open_pictures,
 )
-from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
+from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
 from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.findings import report_missing_poses
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
 from quarc_ref.datasets.natural_order import natural_order
+from quarc_ref.datasets.opencv_lens import make_opencv_lens
 
 _CAMERA_KINDS = ("hd", "vga")
-_OPENCV_CENTER_SHIFT = 0.5  # Added to principal points, because `Lens` has pixel centers at +0.5.
 
 
 def read_panoptic(folder: Path) -> Footage:
@@ -99,15 +99,8 @@ def _make_camera(name: str, entry: Mapping[str, object]) -> CalibratedCamera:
         return np.array(entry[key], dtype=np.float64).reshape(shape)
 
     width, height = get_array("resolution", 2).astype(np.int64).tolist()
-    matrix, rotation = get_array("K", 3, 3), get_array("R", 3, 3)
-    distortion = tuple(get_array("distCoef", 5).tolist())
-    lens = Lens(
-        width=width,
-        height=height,
-        fx=float(matrix[0, 0]),
-        fy=float(matrix[1, 1]),
-        cx=float(matrix[0, 2]) + _OPENCV_CENTER_SHIFT,
-        cy=float(matrix[1, 2]) + _OPENCV_CENTER_SHIFT,
-        coefficients=distortion if any(distortion) else (),
+    rotation = get_array("R", 3, 3)
+    lens = make_opencv_lens(
+        (width, height), get_array("K", 3, 3), get_array("distCoef", 5).tolist()
     )
     return CalibratedCamera(name, lens, make_pose(rotation.T, -rotation.T @ get_array("t", 3)))
