@@ -12,24 +12,30 @@ CLICK_TIME = 1.0  # of the only sound, seconds after the first sample
 _SAMPLE_FORMATS = {"aac": "fltp", "libopus": "flt", "pcm_s16le": "s16"}
 
 
-def write_video(path, sound_codec, sound_delay=0.0, picture_delay=0.0, seconds=2):
-    """Write a gray video, with a click as its sound; `sound_codec` is None for no sound."""
+def write_video(path, sound_codec, sound_delay=0.0, picture_delay=0.0, seconds=2, sound_count=1):
+    """Write a gray video, with a click as its sounds; `sound_codec` is None for no sound."""
     with av.open(str(path), "w") as container:
         video = container.add_stream("libx264", Fraction(30))
         video.width, video.height, video.pix_fmt = 32, 32, "yuv420p"
-        sound = None
-        if sound_codec is not None:
-            sound = container.add_stream(sound_codec, rate=SAMPLE_RATE)
-            sound.layout = "mono"
+        sounds = []
+        for _ in range(sound_count if sound_codec is not None else 0):
+            sounds.append(container.add_stream(sound_codec, rate=SAMPLE_RATE))
+            sounds[-1].layout = "mono"
         for index in range(30 * seconds):
             frame = av.VideoFrame.from_ndarray(np.full((32, 32, 3), 99, np.uint8), "rgb24")
             frame.pts, frame.time_base = index + round(30 * picture_delay), Fraction(1, 30)
             container.mux(video.encode(frame))
         container.mux(video.encode(None))
-        if sound is not None:
+        for sound in sounds:
             for block in _make_blocks(_SAMPLE_FORMATS[sound_codec], sound_delay, seconds):
                 container.mux(sound.encode(block))
             container.mux(sound.encode(None))
+
+
+def forge_unknown_format(path):
+    """Give the first AAC sound of an mp4 file a format that FFmpeg cannot decode: Apple's APAC."""
+    data = path.read_bytes()
+    path.write_bytes(data.replace(b"mp4a", b"apac", 1).replace(b"esds", b"free", 1))
 
 
 def _make_blocks(sample_format, delay, seconds):

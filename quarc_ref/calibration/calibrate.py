@@ -147,6 +147,7 @@ def _update_offsets(offsets: Offsets, solution: Solution, motions: Mapping[str, 
         new_offsets,
         frame_offsets=dict.fromkeys(offsets.frame_offsets, 0.0) | new_offsets.frame_offsets,
         confidence=offsets.confidence | new_offsets.confidence,
+        sound_problem=offsets.sound_problem,
     )
 
 

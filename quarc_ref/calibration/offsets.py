@@ -5,7 +5,7 @@ the positions of motion in the pictures give more accurate offsets (`epipolar_mo
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from quarc_ref.calibration.alignment import Shift, align_signals, correlate_signals
@@ -20,6 +20,7 @@ from quarc_ref.calibration.signals import (
 )
 from quarc_ref.datasets.arrangements import is_video
 from quarc_ref.datasets.calibration import CalibratedCamera
+from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.sound import Sound, read_sound
 from quarc_ref.datasets.video import VideoReader
 
@@ -55,11 +56,13 @@ class Offsets:
             camera's recording. Offsets are relative to their median; unreliable ones are 0.
         confidence: Confidence of each offset by camera name, as in `alignment.Shift`; empty if
             `method` is `NONE`.
+        sound_problem: Why the sound could not be decoded; empty if it could, or was not needed.
     """
 
     method: SyncMethod
     frame_offsets: dict[str, float]
     confidence: dict[str, float]
+    sound_problem: str = ""
 
     @property
     def written_offsets(self) -> dict[str, float]:
@@ -80,8 +83,8 @@ def find_offsets(
 
     Args:
         recordings: Recordings of one rig, all with the same frame rate.
-        method: Method to use; `AUTO` uses sound if all recordings have sound, and motion
-            otherwise.
+        method: Method to use; `AUTO` uses sound if all recordings have sound that can be decoded,
+            and motion otherwise.
         report_progress: Function to call with the number of recordings read so far and the total
             number.
 
@@ -93,22 +96,17 @@ def find_offsets(
         CalibrationError: Sound is requested, but a recording has no sound.
         CaptureError: A recording cannot be read.
     """
+    sound_problem = ""
     if method in (SyncMethod.AUTO, SyncMethod.SOUND):
-        sounds = _read_sounds(recordings, report_progress)
-        silent_cameras = [
-            name for name, sound in zip(recordings.names, sounds, strict=True) if sound is None
-        ]
-        if not silent_cameras:
-            shifts = _align_sounds(recordings, sounds)
-            return _make_offsets(recordings.names, SyncMethod.SOUND, shifts), {}
-        if method is SyncMethod.SOUND:
-            message = (
-                "cannot synchronize by sound: there is no sound in the recordings of cameras "
-                f"{', '.join(silent_cameras)}; use --sync motion"
-            )
-            raise CalibrationError(message)
+        try:
+            return _find_offsets_from_sound(recordings, report_progress), {}
+        except (CalibrationError, UnreadableVideoError) as error:
+            if method is SyncMethod.SOUND:
+                raise
+            sound_problem = str(error) if isinstance(error, UnreadableVideoError) else ""
     if method is SyncMethod.NONE or min(recordings.pictures.lengths) < MIN_MOTION_FRAMES:
-        return Offsets(SyncMethod.NONE, dict.fromkeys(recordings.names, 0.0), {}), {}
+        zeros = dict.fromkeys(recordings.names, 0.0)
+        return Offsets(SyncMethod.NONE, zeros, {}, sound_problem), {}
     motions = _measure_motions(recordings, report_progress)
     max_offset = _find_max_offset(motions.values())
     signals = [make_motion_signal(motion) for motion in motions.values()]
@@ -117,7 +115,8 @@ def find_offsets(
         lambda first, second: correlate_signals(signals[first], signals[second], max_offset),
         _PEAK_WIDTH,
     )
-    return _make_offsets(recordings.names, SyncMethod.MOTION, shifts), motions
+    offsets = _make_offsets(recordings.names, SyncMethod.MOTION, shifts)
+    return replace(offsets, sound_problem=sound_problem), motions
 
 
 def estimate_offsets_from_poses(
@@ -147,6 +146,26 @@ def _make_offsets(names: Sequence[str], method: SyncMethod, shifts: Sequence[Shi
         },
         {name: shift.confidence for name, shift in shift_by_name.items()},
     )
+
+
+def _find_offsets_from_sound(recordings: Recordings, report_progress: StepCallback) -> Offsets:
+    """Estimate the offsets from sound.
+
+    Raises:
+        CalibrationError: A recording has no sound.
+        UnreadableVideoError: The sound of a recording cannot be decoded.
+    """
+    sounds = _read_sounds(recordings, report_progress)
+    silent_cameras = [
+        name for name, sound in zip(recordings.names, sounds, strict=True) if sound is None
+    ]
+    if silent_cameras:
+        message = (
+            "cannot synchronize by sound: there is no sound in the recordings of cameras "
+            f"{', '.join(silent_cameras)}; use --sync motion"
+        )
+        raise CalibrationError(message)
+    return _make_offsets(recordings.names, SyncMethod.SOUND, _align_sounds(recordings, sounds))
 
 
 def _read_sounds(recordings: Recordings, report_progress: StepCallback) -> list[Sound | None]:

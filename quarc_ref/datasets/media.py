@@ -10,6 +10,7 @@ import stat
 from pathlib import Path
 
 import av
+from av.audio.stream import AudioStream
 from av.container import InputContainer
 from av.stream import Disposition
 from av.video.stream import VideoStream
@@ -81,6 +82,28 @@ def find_video_stream(container: InputContainer) -> VideoStream | None:
     """Return the first video stream of a file; None if it has only attached pictures or sound."""
     streams = container.streams.video
     return next((s for s in streams if not s.disposition & Disposition.attached_pic), None)
+
+
+def find_audio_stream(container: InputContainer, path: Path) -> AudioStream | None:
+    """Return the first sound of a file that has a decoder; None if the file has no sound.
+
+    Some phones record spatial audio in a format of their own, next to sound for other players.
+
+    Args:
+        container: The opened file.
+        path: Path of the file, for error messages.
+
+    Raises:
+        UnreadableVideoError: FFmpeg has no decoder for any sound of the file.
+    """
+    streams = container.streams.audio
+    for stream in streams:
+        if hasattr(stream, "codec"):  # The attribute is missing if FFmpeg has no decoder.
+            return stream
+    if not streams:
+        return None
+    message = f"no decoder is available for the sound of {path}: export it again as AAC"
+    raise UnreadableVideoError(message)
 
 
 def decode_still(path: Path, size: tuple[int, int] | None = None) -> av.VideoFrame:

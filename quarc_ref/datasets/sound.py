@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from quarc_ref.datasets.errors import UnreadableVideoError
-from quarc_ref.datasets.media import open_video
+from quarc_ref.datasets.media import find_audio_stream, open_video
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,13 +40,14 @@ def read_sound(path: Path, samples_per_second: int, max_seconds: float) -> Sound
     """
     container, _ = open_video(path)
     with container:
-        if not container.streams.audio:
+        stream = find_audio_stream(container, path)
+        if stream is None:
             return None
         resampler = av.AudioResampler(format="flt", layout="mono", rate=samples_per_second)
         blocks: list[NDArray[np.float32]] = []
         start, sample_count = 0.0, 0
         try:
-            for frame in container.decode(container.streams.audio[0]):
+            for frame in container.decode(stream):
                 if not blocks and frame.pts is not None and frame.time_base is not None:
                     start = float(frame.pts * frame.time_base)
                 new_blocks = [_flatten_samples(block) for block in resampler.resample(frame)]

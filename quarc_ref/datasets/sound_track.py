@@ -10,7 +10,7 @@ from av.audio.stream import AudioStream
 from av.container import InputContainer, OutputContainer
 
 from quarc_ref.datasets.errors import NoSoundError, UnreadableVideoError
-from quarc_ref.datasets.media import find_video_stream, open_media
+from quarc_ref.datasets.media import find_audio_stream, find_video_stream, open_media
 
 _COPIED_CODECS: dict[str, Literal["m4a", "webm"]] = {"aac": "m4a", "opus": "webm"}
 _MUXERS = {"m4a": "ipod", "webm": "webm"}
@@ -34,7 +34,7 @@ class SoundTrack:
 
 
 def extract_sound_track(path: Path) -> SoundTrack:
-    """Copy the first sound track of a video; encode it as AAC if it is neither AAC nor Opus.
+    """Copy the first sound of a video that can be decoded; encode it unless it is AAC or Opus.
 
     Args:
         path: Path of an mp4, m4a, mov, mkv or webm file.
@@ -46,13 +46,10 @@ def extract_sound_track(path: Path) -> SoundTrack:
         UnreadableVideoError: The file is not a supported video, or its sound cannot be decoded.
     """
     with open_media(path) as container:
-        if not container.streams.audio:
+        stream = find_audio_stream(container, path)
+        if stream is None:
             message = f"{path} has no sound"
             raise NoSoundError(message)
-        stream = container.streams.audio[0]
-        if not hasattr(stream, "codec"):  # The attribute is missing if FFmpeg has no decoder.
-            message = f"no decoder is available for the sound of {path}: export it again as AAC"
-            raise UnreadableVideoError(message)
         suffix = _COPIED_CODECS.get(stream.codec.canonical_name)
         sink = io.BytesIO()
         try:

@@ -8,7 +8,9 @@ from quarc_ref.calibration.epipolar_motion import align_by_epipolar_motion
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.offsets import SyncMethod, find_offsets
 from quarc_ref.calibration.recordings import find_recordings
+from quarc_ref.datasets.errors import UnreadableVideoError
 from tests.calibration.rigs import LENS, make_ring
+from tests.sound_files import forge_unknown_format
 
 TRUE_DELAYS = [0, 15, 4, 0, 9, 0, 13, 1]  # number of frames by which a camera started late
 SAMPLE_RATE = 16000
@@ -142,6 +144,20 @@ def test_planted_offsets_are_found_by_motion(monkeypatch):
 def test_silent_recordings_cannot_be_synchronized_by_sound(traced_rig):
     with pytest.raises(CalibrationError, match="no sound in the recordings of cameras cam00"):
         find_offsets(find_recordings(traced_rig.folder), SyncMethod.SOUND, ignore_progress)
+
+
+def test_offsets_are_found_by_motion_if_a_sound_cannot_be_decoded(tmp_path):
+    for index in range(3):
+        write_with_sound(tmp_path / f"cam{index}.mp4", 0, make_sound(), frames=30)
+    forge_unknown_format(tmp_path / "cam1.mp4")
+    recordings = find_recordings(tmp_path)
+    estimated, motions = find_offsets(recordings, SyncMethod.AUTO, ignore_progress)
+
+    assert (estimated.method, len(motions)) == (SyncMethod.MOTION, 3)
+    assert "no decoder is available for the sound of" in estimated.sound_problem
+    assert "cam1.mp4" in estimated.sound_problem
+    with pytest.raises(UnreadableVideoError, match=r"the sound of .*cam1\.mp4"):
+        find_offsets(recordings, SyncMethod.SOUND, ignore_progress)
 
 
 def test_recordings_of_a_single_moment_have_no_offsets(traced_rig):

@@ -56,8 +56,11 @@ def test_every_option_reaches_the_calibration(capture, tmp_path, monkeypatch):
 )
 def test_offsets_are_missing_for_the_reason_that_is_given(method, frame_count, text):
     calibration = SimpleNamespace(
-        offsets=SimpleNamespace(method=method),
+        offsets=SimpleNamespace(method=method, sound_problem=""),
         recordings=SimpleNamespace(pictures=SimpleNamespace(lengths=(60, frame_count))),
     )
 
     assert _describe_offsets(calibration) == text
+
+    calibration.offsets.sound_problem = "the sound of a.mp4 cannot be decoded"
+    assert _describe_offsets(calibration) == f"{text}; the sound of a.mp4 cannot be decoded"

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from quarc_ref.datasets.errors import UnreadableVideoError
 from quarc_ref.datasets.sound import read_sound
-from tests.sound_files import CLICK_TIME, write_video
+from tests.sound_files import CLICK_TIME, forge_unknown_format, write_video
 
 _RATE = 8000
 
@@ -34,3 +35,14 @@ def test_a_video_without_sound_has_none(tmp_path):
     write_video(tmp_path / "a.mp4", None)
 
     assert read_sound(tmp_path / "a.mp4", _RATE, 10.0) is None
+
+
+def test_a_sound_without_a_decoder_is_passed_over(tmp_path):
+    write_video(tmp_path / "a.mp4", "aac", sound_count=2)
+    expected = read_sound(tmp_path / "a.mp4", _RATE, 10.0)
+    forge_unknown_format(tmp_path / "a.mp4")
+
+    assert np.array_equal(read_sound(tmp_path / "a.mp4", _RATE, 10.0).samples, expected.samples)
+    forge_unknown_format(tmp_path / "a.mp4")
+    with pytest.raises(UnreadableVideoError, match=r"no decoder .* for the sound of .*a\.mp4"):
+        read_sound(tmp_path / "a.mp4", _RATE, 10.0)

@@ -2,7 +2,7 @@ import pytest
 
 from quarc_ref.datasets.errors import MissingFileError, NoSoundError, UnreadableVideoError
 from quarc_ref.datasets.sound_track import extract_sound_track
-from tests.sound_files import CLICK_TIME, find_click, write_video
+from tests.sound_files import CLICK_TIME, find_click, forge_unknown_format, write_video
 
 
 @pytest.mark.parametrize(
@@ -45,3 +45,10 @@ def test_a_file_that_is_missing_or_no_video_is_an_error(tmp_path):
     for name, error in [("missing.mp4", MissingFileError), ("text.mp4", UnreadableVideoError)]:
         with pytest.raises(error, match=name):
             extract_sound_track(tmp_path / name)
+
+
+def test_a_sound_without_a_decoder_is_passed_over(tmp_path):
+    write_video(tmp_path / "a.mp4", "aac", sound_count=2)
+    forge_unknown_format(tmp_path / "a.mp4")
+
+    assert find_click(extract_sound_track(tmp_path / "a.mp4").data)[0] == "aac"

@@ -101,7 +101,7 @@ def calibrate(
         typer.Option(
             "--sync",
             help="How to estimate the time offsets between cameras: from sound, from motion, or "
-            "not at all (none). auto uses sound if all videos have sound, otherwise motion.",
+            "not at all (none). auto uses sound if that of all videos can be decoded, else motion.",
         ),
     ] = "auto",
     fps: FrameRate = None,
@@ -259,12 +259,13 @@ def _print_result(
 def _describe_offsets(calibration: "Calibration") -> str:
     from quarc_ref.calibration.offsets import MIN_MOTION_FRAMES, SyncMethod
 
-    method = calibration.offsets.method
+    method, problem = calibration.offsets.method, calibration.offsets.sound_problem
+    remark = f"; {problem}" if problem else ""
     if method is not SyncMethod.NONE:
-        return f"from {method.value}"
+        return f"from {method.value}{remark}"
     is_short = min(calibration.recordings.pictures.lengths) < MIN_MOTION_FRAMES
     reason = f" (--sync motion needs {MIN_MOTION_FRAMES} frames)" if is_short else ""
-    return f"not estimated; all are 0{reason}"
+    return f"not estimated; all are 0{reason}{remark}"
 
 
 def _as_json(calibration: "Calibration") -> dict[str, object]:
