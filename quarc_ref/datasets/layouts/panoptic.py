@@ -22,7 +22,7 @@ from quarc_ref.datasets.arrangements import (
     open_pictures,
 )
 from quarc_ref.datasets.calibration import CalibratedCamera, make_pose
-from quarc_ref.datasets.errors import MissingFileError, UnreadablePoseError
+from quarc_ref.datasets.errors import CountMismatchError, MissingFileError, UnreadablePoseError
 from quarc_ref.datasets.findings import report_missing_poses
 from quarc_ref.datasets.footage import Footage
 from quarc_ref.datasets.frame_numbers import compare_first_numbers
@@ -41,7 +41,10 @@ def read_panoptic(folder: Path) -> Footage:
     Raises:
         CaptureError: A file is missing or malformed, or the files are inconsistent.
     """
-    path = min(folder.glob("calibration_*.json"))
+    path, *other_paths = sorted(folder.glob("calibration_*.json"))
+    if other_paths:
+        message = f"{folder} has {path.name} and {other_paths[0].name}: keep only one of them"
+        raise CountMismatchError(message)
     cameras = read_cameras(path)
     for kind in _CAMERA_KINDS:
         files = _list_files(folder, kind)
@@ -78,6 +81,9 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
         for entry in document["cameras"]:
             if entry["type"] in cameras:
                 name = str(entry["name"])
+                if name in cameras[entry["type"]]:
+                    message = f"{path} has two entries of camera {name}: remove one of them"
+                    raise UnreadablePoseError(message)
                 cameras[entry["type"]][name] = _make_camera(name, entry)
     except OSError as error:
         raise MissingFileError.of(path, error) from error
