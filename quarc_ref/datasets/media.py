@@ -16,6 +16,7 @@ from av.stream import Disposition
 from av.video.stream import VideoStream
 
 from quarc_ref.datasets.calibration import MAX_PIXELS, require_picture_size
+from quarc_ref.datasets.cut_files import lacks_frame_table
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.still_header import UPRIGHT, StillHeader, read_still_header
 
@@ -24,8 +25,6 @@ _DECODER_THREADS = 4  # Every camera has its own decoder, so four threads per de
 _MAX_STILL_BYTES = 1 << 29
 # Decoders compare the limit with the padded size, so the limit exceeds the maximum picture size.
 _DECODER_LIMITS = {"max_pixels": str(MAX_PIXELS * 9 // 8)}
-_MAX_BOXES = 100  # at the top of an mp4 file that cannot be opened
-_MIN_BOX_BYTES, _BOX_HEADER_BYTES = 8, 16  # the header is longer if the size has 64 bits
 _STRICT_OPTIONS = {"err_detect": "crccheck+explode"}
 
 
@@ -48,7 +47,7 @@ def open_video(path: Path) -> tuple[InputContainer, VideoStream]:
     try:
         return container, _prepare_stream(container, path)
     except UnreadableVideoError as error:
-        if _lacks_frame_table(path):  # FFmpeg opens a file that ends within the table.
+        if lacks_frame_table(path):  # FFmpeg opens a file that ends within the table.
             raise _make_truncation_error(path) from error
         raise
 
@@ -71,7 +70,7 @@ def open_media(path: Path) -> InputContainer:
     try:
         return av.open(f"file:{path}", options=options)
     except av.FFmpegError as error:
-        if isinstance(error, av.EOFError) or _lacks_frame_table(path):
+        if isinstance(error, av.EOFError) or lacks_frame_table(path):
             raise _make_truncation_error(path) from error
         reason = error.strerror
         message = f"{path} cannot be opened as mp4, mov, mkv or webm ({reason}): export it again"
@@ -157,25 +156,6 @@ def _require_regular_file(path: Path) -> int:
         message = f"{path} is not a regular file"
         raise UnreadableVideoError(message)
     return status.st_size
-
-
-def _lacks_frame_table(path: Path) -> bool:
-    """Return whether an mp4 file has no complete frame table, which cameras write at the end."""
-    data_size, position, has_type = _require_regular_file(path), 0, False
-    with path.open("rb") as file:
-        for _ in range(_MAX_BOXES):
-            file.seek(position)
-            header = file.read(_BOX_HEADER_BYTES)
-            size, kind = int.from_bytes(header[:4]), header[4:8]
-            if size == 1:  # the size has 64 bits
-                size = int.from_bytes(header[8:])
-            has_type = has_type or (position == 0 and kind == b"ftyp")
-            position += size
-            if kind == b"moov" and position <= data_size:
-                return False
-            if size < _MIN_BOX_BYTES or position >= data_size:
-                break
-    return has_type
 
 
 def _make_truncation_error(path: Path) -> TruncatedVideoError:

@@ -21,6 +21,7 @@ from av.video.stream import VideoStream
 
 from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
+from quarc_ref.datasets.cut_files import is_cut_off
 from quarc_ref.datasets.errors import TruncatedVideoError, UnreadableVideoError
 from quarc_ref.datasets.media import open_video
 from quarc_ref.datasets.orientation import require_unmirrored, rotate_upright
@@ -175,6 +176,9 @@ def _list_packets(container: InputContainer, stream: VideoStream, path: Path) ->
     except av.FFmpegError as error:
         message = f"{path} is truncated ({error}): copy or export it again"
         raise TruncatedVideoError(message) from error
+    if is_cut_off(path):
+        message = f"{path} is truncated: its end is missing; copy or export it again"
+        raise TruncatedVideoError(message)
     if not packets or _is_truncated(packets, stream):
         message = (
             f"{path} is truncated: it has {len(packets)} of the {max(1, stream.frames)} "

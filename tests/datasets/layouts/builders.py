@@ -187,9 +187,9 @@ BUILDERS = {
 }
 
 
-def remux(source, target):
+def remux(source, target, **options):
     """Copy a video into another container without recoding."""
-    with av.open(str(source)) as source_video, av.open(str(target), "w") as made:
+    with av.open(str(source)) as source_video, av.open(str(target), "w", options=options) as made:
         stream = made.add_stream_from_template(source_video.streams.video[0])
         for packet in source_video.demux(video=0):
             if packet.dts is not None:
