@@ -24,6 +24,7 @@ _TIME_TOLERANCE = 0.25
 _MAX_ROUNDING = 0.2  # Relative, too: a coarse time base must not hide a missing frame.
 _MAX_USUAL_DURATION = 1.5  # Relative to the median; frames before a missing one last longer.
 _MAX_DRIFT = 0.5  # frames; larger ones are closer to another frame
+_MAX_JITTER = 0.1  # frames, between the first and last frame; rates of short videos depend on it
 _MAX_DESCRIPTIONS = 5
 _OTHER_MATRICES = {1: "BT.709", 7: "SMPTE 240M", 9: "BT.2020", 10: "BT.2020"}  # than BT.601
 
@@ -55,11 +56,7 @@ def require_common_frame_rate(videos: Sequence[VideoReader]) -> None:
     """
     _require_constant_frame_rates(videos)
     common_rate = median_high(video.frames_per_second for video in videos)
-    outliers = [
-        video
-        for video in videos
-        if not math.isclose(video.frames_per_second, common_rate, rel_tol=_RATE_TOLERANCE)
-    ]
+    outliers = [video for video in videos if not _has_frame_rate(video, common_rate)]
     if outliers:
         message = (
             f"{_join_descriptions([_describe_rate(video) for video in outliers])}, but the others "
@@ -215,6 +212,13 @@ def _require_constant_frame_rates(videos: Sequence[VideoReader]) -> None:
         f"(ffmpeg -i {first_video.path.name} -vf fps={median_high(usual_rates):.5g} NEW.mp4)"
     )
     raise FrameRateError(message)
+
+
+def _has_frame_rate(video: VideoReader, rate: float) -> bool:
+    drift = (len(video.frame_times) - 1) * abs(rate / video.frames_per_second - 1)
+    return drift <= _MAX_JITTER or math.isclose(
+        video.frames_per_second, rate, rel_tol=_RATE_TOLERANCE
+    )
 
 
 def _has_variable_frame_rate(video: VideoReader) -> bool:

@@ -6,6 +6,7 @@ picture files when their headers are read, video frames when they are decoded.
 
 from collections.abc import Sequence
 from pathlib import Path
+from statistics import median_high
 from typing import Protocol
 
 from quarc_ref.datasets.agreement import require_common_frame_rate
@@ -30,8 +31,8 @@ class Pictures(PictureSource, Protocol):
         rotations: `[camera]` rotation flag of the video, in degrees counterclockwise.
         hdr_flags: `[camera]` whether the video is HDR.
         color_matrices: `[camera]` matrix that the video states, as in `VideoReader`.
-        frame_rates: `[camera]` frames per second, which differ by at most 0.1 %.
-        frames_per_second: Frame rate of all cameras.
+        frame_rates: `[camera]` frames per second, which `require_common_frame_rate` accepts.
+        frames_per_second: Frame rate of all cameras, the median.
     """
 
     paths: tuple[tuple[Path, ...], ...]
@@ -64,7 +65,7 @@ class VideoPictures:
         self.hdr_flags = tuple(reader.is_hdr for reader in readers)
         self.color_matrices = tuple(reader.color_matrix for reader in readers)
         self.frame_rates = tuple(reader.frames_per_second for reader in readers)
-        self.frames_per_second = self.frame_rates[0]
+        self.frames_per_second = median_high(self.frame_rates)
 
     def read(self, camera: int, frame: int) -> Image:
         """Read a picture, as described for `PictureSource.read`."""

@@ -16,6 +16,7 @@ from quarc_ref.datasets.agreement import (
 )
 from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.datasets.pictures import VideoPictures
 from quarc_ref.datasets.video import VideoReader
 from tests.datasets import forgeries, scenes
 
@@ -40,6 +41,20 @@ def test_times_rounded_to_milliseconds_are_regular(tmp_path):
     times = [round(index * 1000 / 240) for index in range(30)]
 
     require_common_frame_rate(make_videos(tmp_path, cam00=times))
+
+
+@pytest.mark.parametrize(("last_delay", "is_accepted"), [(2, True), (3, True), (6, False)])
+@pytest.mark.parametrize("frame_count", [2, 5, 20])
+def test_jitter_of_the_last_frame_is_no_other_rate(tmp_path, frame_count, last_delay, is_accepted):
+    times = [round(index * 1000 / 30) for index in range(frame_count)]
+    late_times = [*times[:-1], times[-1] + last_delay]
+    videos = make_videos(tmp_path, cam00=late_times, cam01=times, cam02=times)
+
+    if is_accepted:
+        assert VideoPictures(videos).frames_per_second == videos[1].frames_per_second
+        return
+    with pytest.raises(FrameRateError, match=r"cam00.mkv has 2\d.* frames per second"):
+        require_common_frame_rate(videos)
 
 
 def test_one_or_two_frames_are_regular(tmp_path):
