@@ -23,6 +23,7 @@ from quarc_ref.datasets.errors import (
 )
 
 _FISHEYE_MODEL = "OPENCV_FISHEYE"
+_LAST_ROW, _LAST_ROW_TOLERANCE = [0.0, 0.0, 0.0, 1.0], 1e-6
 _COEFFICIENT_NAMES = {
     **dict.fromkeys(
         ("SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"),
@@ -130,6 +131,12 @@ def _parse_matrix(values: Mapping[str, object]) -> tuple[float, ...]:
     matrix = np.array(values.get("transform_matrix"), dtype=np.float64)
     if matrix.shape not in ((4, 4), (3, 4)):
         message = "'transform_matrix' is not 4x4"
+        raise ValueError(message)
+    if not np.allclose(matrix[3:], _LAST_ROW, rtol=0, atol=_LAST_ROW_TOLERANCE):
+        message = (
+            f"the last row of 'transform_matrix' is {matrix[3].tolist()}, but it must be "
+            f"{_LAST_ROW}: the matrix may be transposed"
+        )
         raise ValueError(message)
     return tuple(matrix[:3].ravel().tolist())
 

@@ -137,6 +137,20 @@ def test_a_matrix_of_three_rows_is_enough(path):
     assert len(read(path, {**SHARED, "frames": [frame]}).entries[0].camera_to_world) == 12
 
 
+def test_the_last_row_of_a_matrix_may_be_rounded(path):
+    rows = [*np.eye(4)[:3].tolist(), [0, 1e-9, -0.0, 1.0000001]]
+
+    assert read(path, {**SHARED, "frames": [{**FRAME, "transform_matrix": rows}]}).entries
+
+
+@pytest.mark.parametrize("last_row", [[0, 0, 0, 2], [1, 2, 3, 1], [0, 0, 0, float("nan")]])
+def test_another_last_row_of_a_matrix_is_rejected(path, last_row):
+    rows = [*np.eye(4)[:3].tolist(), last_row]
+
+    with pytest.raises(UnreadablePoseError, match=r"a.png: the last row .* may be transposed"):
+        read(path, {**SHARED, "frames": [{**FRAME, "transform_matrix": rows}]})
+
+
 def test_rate_points_and_times_are_read_from_their_keys(path):
     reported = read(
         path,
