@@ -101,10 +101,25 @@ def _load_videos(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
 def _make_footage(path: Path, transforms: Transforms, rig: _Rig) -> Footage:
     resolver = NamedFileResolver(path)
     paths = [[resolver.find(entry.path) for entry in entries] for entries in rig.entries]
+    _require_own_files(path, rig, paths)
     points, description_files = _read_points(path, transforms, resolver)
     source, frame_rate = open_pictures(paths, reject_gaps=False), transforms.frames_per_second
     masks = _open_masks(resolver, rig, source)
     return Footage(rig.cameras, source, points, description_files, frame_rate, masks=masks)
+
+
+def _require_own_files(path: Path, rig: _Rig, paths: Sequence[Sequence[Path]]) -> None:
+    """Check that no two cameras have the same picture or video.
+
+    Raises:
+        CountMismatchError: Two entries with different poses or lenses name the same file.
+    """
+    owners: dict[Path, str] = {}
+    for camera, camera_paths in zip(rig.cameras, paths, strict=True):
+        for file in camera_paths:
+            if owners.setdefault(file, camera.name) != camera.name:
+                message = f"{path} names {file.name} in entries with different poses or lenses"
+                raise CountMismatchError(message)
 
 
 def _open_masks(resolver: NamedFileResolver, rig: _Rig, source: Pictures) -> FileMasks | None:

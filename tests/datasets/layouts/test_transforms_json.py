@@ -56,6 +56,15 @@ def test_videos_without_poses_are_named(folder, shots):
     )
 
 
+def test_a_video_of_two_cameras_is_named(folder, shots):
+    document = scenes.make_video_document(shots)
+    document["frames"][2]["file_path"] = f"./{shots[1].name}.mp4"
+    scenes.write_transforms(folder, document)
+
+    with pytest.raises(CountMismatchError, match=rf"names {shots[1].name}.mp4 in entries with dif"):
+        read_nerfstudio(folder)
+
+
 def test_pictures_are_grouped_by_camera_and_sorted_by_time(frames_folder, shots, pictures):
     scenes.write_transforms(frames_folder, scenes.make_picture_document(shots))
     footage = read_nerfstudio(frames_folder)
