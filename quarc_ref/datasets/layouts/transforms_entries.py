@@ -2,8 +2,8 @@
 
 The file has default intrinsics, which an entry can override. Every entry has a path and a pose, and
 may have a time. Matrices map camera to world with OpenGL's axes: right, up, backwards. In the files
-of Blender scenes and instant-ngp, angles of view can replace the focal lengths. This module does
-not open the pictures.
+of Blender scenes and instant-ngp, angles of view can replace the focal lengths, paths can lack the
+suffix `.png`, and the picture size can be that of the first picture.
 """
 
 import json
@@ -11,16 +11,19 @@ import math
 from collections import ChainMap
 from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
+from quarc_ref.datasets.arrangements import STILL_SUFFIXES
 from quarc_ref.datasets.calibration import Lens, Pose, make_pose
 from quarc_ref.datasets.errors import (
     MissingFileError,
     UnreadablePoseError,
     UnsupportedCameraError,
 )
+from quarc_ref.datasets.media import read_still_size
+from quarc_ref.datasets.named_files import NamedFileResolver
 
 _FISHEYE_MODEL = "OPENCV_FISHEYE"
 _LAST_ROW, _LAST_ROW_TOLERANCE = [0.0, 0.0, 0.0, 1.0], 1e-6
@@ -82,10 +85,11 @@ def read_transforms(path: Path) -> Transforms:
     Raises:
         MissingFileError: The file cannot be read.
         UnreadablePoseError: The file is malformed, or a required number is missing.
+        CaptureError: The file states no picture size, and the first picture cannot be read.
         UnsupportedCameraError: The camera model is not supported.
     """
     try:
-        return _parse_document(json.loads(path.read_bytes()))
+        return _parse_document(json.loads(path.read_bytes()), path)
     except OSError as error:
         raise MissingFileError.of(path, error) from error
     except (OverflowError, RecursionError, TypeError, ValueError) as error:
@@ -93,16 +97,18 @@ def read_transforms(path: Path) -> Transforms:
         raise UnreadablePoseError(message) from error
 
 
-def _parse_document(document: object) -> Transforms:
+def _parse_document(document: object, path: Path) -> Transforms:
     if not isinstance(document, dict) or not isinstance(document.get("frames"), list):
         message = "the file has no list 'frames'"
         raise TypeError(message)
-    entries = []
+    entries, defaults = [], document
     for index, frame in enumerate(document["frames"]):
         if not isinstance(frame, dict):
             message = f"item {index} of 'frames' is not an object"
             raise TypeError(message)
-        entries.append(_parse_entry(frame, document))
+        if index == 0:
+            defaults = _add_size(document, frame, path)
+        entries.append(_parse_entry(frame, defaults))
     if not entries:
         message = "the list 'frames' is empty"
         raise ValueError(message)
@@ -114,8 +120,24 @@ def _parse_document(document: object) -> Transforms:
     return Transforms(tuple(entries), frame_rate, points_path)
 
 
-def _parse_entry(frame: dict[str, object], defaults: dict[str, object]) -> Entry:
+def _add_size(
+    defaults: dict[str, object], first_frame: dict[str, object], path: Path
+) -> dict[str, object]:
+    """Return the shared values, with the size of the first picture if no size is stated."""
+    values, name = ChainMap(first_frame, defaults), _get_path(first_frame)
+    if "w" in values or "h" in values or PurePosixPath(name).suffix.lower() not in STILL_SUFFIXES:
+        return defaults
+    width, height = read_still_size(NamedFileResolver(path).find(name))
+    return {**defaults, "w": width, "h": height}
+
+
+def _get_path(frame: dict[str, object]) -> str:
     path = _get_text(frame, "file_path")
+    return path if PurePosixPath(path).suffix else f"{path}.png"
+
+
+def _parse_entry(frame: dict[str, object], defaults: dict[str, object]) -> Entry:
+    path = _get_path(frame)
     try:
         time = _get_number(frame, "time") if "time" in frame else None
         mask_path = _get_text(frame, "mask_path") if "mask_path" in frame else None

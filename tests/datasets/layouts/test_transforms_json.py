@@ -1,4 +1,6 @@
+import math
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -101,6 +103,35 @@ def test_pictures_without_times_that_lack_different_frames_are_rejected(
     ]
     scenes.write_transforms(tmp_path, document)
     assert read_nerfstudio(tmp_path).frame_count == 4
+
+
+def test_a_file_like_that_of_a_blender_scene_is_read(frames_folder, shots):
+    scenes.write_transforms(frames_folder, scenes.make_picture_document(shots))
+    expected = read_nerfstudio(frames_folder)
+    document = scenes.make_picture_document(shots)
+    for entry in document["frames"]:
+        entry["file_path"] = f"./{entry['file_path'].removesuffix('.png')}"
+        for key in scenes.make_intrinsics(shots[0]):
+            del entry[key]
+    document["camera_angle_x"] = 2 * math.atan(shots[0].width / shots[0].fx / 2)
+    scenes.write_transforms(frames_folder, document)
+    footage = read_nerfstudio(frames_folder)
+
+    for camera, expected_camera in zip(footage.cameras, expected.cameras, strict=True):
+        lens = expected_camera.lens
+        assert camera.name == expected_camera.name
+        assert replace(camera.lens, fx=lens.fx, fy=lens.fy) == lens
+        assert (camera.lens.fx, camera.lens.fy) == pytest.approx((lens.fx, lens.fy))
+    assert footage.source.paths == expected.source.paths
+
+
+def test_videos_need_a_stated_size(folder, shots):
+    document = scenes.make_video_document(shots)
+    del document["frames"][0]["w"], document["frames"][0]["h"]
+    scenes.write_transforms(folder, document)
+
+    with pytest.raises(UnreadablePoseError, match=r"'w' is missing"):
+        read_nerfstudio(folder)
 
 
 def test_a_given_rate_is_used(folder, frames_folder, shots):
