@@ -34,6 +34,7 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Finding, format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
+from quarc_ref.datasets.lens_checks import find_odd_principal_points
 from quarc_ref.datasets.masks import FileMasks, find_masks
 from quarc_ref.datasets.orientation import suggest_size_remedy
 from quarc_ref.datasets.pictures import SynchronizedPictures
@@ -163,8 +164,8 @@ def _synchronize(
         options: Options, of which only the range of frames is used.
 
     Returns:
-        The footage, with added findings about rotations, colors and lengths, and the synchronized
-        pictures.
+        The footage, with added findings about rotations, colors, lenses and lengths, and the
+        synchronized pictures.
 
     Raises:
         CaptureError: The offset of an unknown camera is given, or `options.start` or an offset is
@@ -191,7 +192,7 @@ def _synchronize(
 def _compare_recordings(
     footage: Footage, offsets: Mapping[str, int], frame_count: int, options: CaptureOptions
 ) -> tuple[Finding, ...]:
-    """Return findings about rotations, colors, frame rates and lengths of the recordings.
+    """Return findings about rotations, colors, lenses, frame rates and lengths.
 
     Args:
         footage: Contents of the capture.
@@ -205,6 +206,7 @@ def _compare_recordings(
         compare_rotations(names, source.rotations),
         find_hdr_videos(names, source.hdr_flags),
         compare_color_matrices(names, source.color_matrices),
+        find_odd_principal_points(footage.cameras),
         compare_frame_rates(names, source.frame_rates, last_frame),
     ]
     if max_frames is None or max_frames > frame_count:
