@@ -34,7 +34,7 @@ from quarc_ref.datasets.errors import (
 from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Finding, format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
-from quarc_ref.datasets.lens_checks import find_odd_principal_points
+from quarc_ref.datasets.lens_checks import find_odd_principal_points, find_stretched_pixels
 from quarc_ref.datasets.masks import FileMasks, find_masks
 from quarc_ref.datasets.orientation import suggest_size_remedy
 from quarc_ref.datasets.pictures import SynchronizedPictures
@@ -207,6 +207,7 @@ def _compare_recordings(
         find_hdr_videos(names, source.hdr_flags),
         compare_color_matrices(names, source.color_matrices),
         find_odd_principal_points(footage.cameras),
+        find_stretched_pixels(footage.cameras, source.pixel_aspects),
         compare_frame_rates(names, source.frame_rates, last_frame),
     ]
     if max_frames is None or max_frames > frame_count:

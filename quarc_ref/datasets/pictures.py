@@ -31,6 +31,7 @@ class Pictures(PictureSource, Protocol):
         rotations: `[camera]` rotation flag of the video, in degrees counterclockwise.
         hdr_flags: `[camera]` whether the video is HDR.
         color_matrices: `[camera]` matrix that the video states, as in `VideoReader`.
+        pixel_aspects: `[camera]` width of a pixel divided by its height, as in `VideoReader`.
         frame_rates: `[camera]` frames per second, which `require_common_frame_rate` accepts.
         frames_per_second: Frame rate of all cameras, the median.
     """
@@ -41,6 +42,7 @@ class Pictures(PictureSource, Protocol):
     rotations: tuple[int, ...]
     hdr_flags: tuple[bool, ...]
     color_matrices: tuple[int, ...]
+    pixel_aspects: tuple[float, ...]
     frame_rates: tuple[float, ...]
     frames_per_second: float
 
@@ -64,6 +66,7 @@ class VideoPictures:
         self.rotations = tuple(reader.rotation for reader in readers)
         self.hdr_flags = tuple(reader.is_hdr for reader in readers)
         self.color_matrices = tuple(reader.color_matrix for reader in readers)
+        self.pixel_aspects = tuple(reader.pixel_aspect for reader in readers)
         self.frame_rates = tuple(reader.frames_per_second for reader in readers)
         self.frames_per_second = median_high(self.frame_rates)
 
@@ -95,6 +98,7 @@ class FilePictures:
         self.rotations = (0,) * len(self.paths)  # files with a rotation flag are rejected
         self.hdr_flags = (False,) * len(self.paths)
         self.color_matrices = (UNSTATED_MATRIX,) * len(self.paths)
+        self.pixel_aspects = (1.0,) * len(self.paths)
         self.frame_rates = (DEFAULT_FRAMES_PER_SECOND,) * len(self.paths)
         self.frames_per_second = DEFAULT_FRAMES_PER_SECOND
 

@@ -50,6 +50,8 @@ class VideoReader:
         is_hdr: Whether the levels are those of HDR, which are not converted to sRGB.
         color_matrix: Code of the matrix from RGB to YCbCr, as in H.273; `UNSTATED_MATRIX` if the
             video does not state it and is read as BT.601.
+        pixel_aspect: Width of a pixel of the upright pictures, divided by its height; 1 if the
+            video does not state it.
         frame_count: Number of frames in the file.
         frame_times: `[frame_count]` times in seconds, ascending.
         time_base_seconds: Time base of the video in seconds; every frame time is a multiple of it.
@@ -73,6 +75,8 @@ class VideoReader:
         self._frames: Iterator[av.VideoFrame] = iter(())
         self._next_frame = self.frame_count
         self.height, self.width = self.read(0).shape[:2]
+        stored_aspect = float(self._stream.sample_aspect_ratio or 1)
+        self.pixel_aspect = 1 / stored_aspect if self.rotation % 180 else stored_aspect
         self._release_decoder()
 
     @property

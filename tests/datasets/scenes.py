@@ -3,6 +3,7 @@
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from pathlib import Path
 
 import av
@@ -16,6 +17,7 @@ from quarc_ref.datasets.points_ply import write_points_ply
 
 FRAMES_PER_SECOND = 30
 _UNSTATED_MATRIX = 2
+_UNSTATED_ASPECT = Fraction(0)
 
 
 @dataclass(frozen=True)
@@ -121,6 +123,7 @@ def write_video(
     transfer=ColorTrc.UNSPECIFIED,
     matrix=_UNSTATED_MATRIX,
     codec_options=None,
+    pixel_aspect=_UNSTATED_ASPECT,
 ):
     """Write pictures as a video with B-frames."""
     options = {"movflags": "faststart"} if faststart else {}
@@ -128,6 +131,7 @@ def write_video(
         stream = container.add_stream(codec, rate=rate, options=codec_options or {})
         stream.height, stream.width = pictures[0].shape[:2]
         stream.pix_fmt = "yuv420p"
+        stream.codec_context.sample_aspect_ratio = pixel_aspect
         stream.codec_context.gop_size = key_interval
         stream.codec_context.max_b_frames = 2
         stream.codec_context.color_trc = transfer
