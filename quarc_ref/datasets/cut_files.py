@@ -34,7 +34,7 @@ def is_cut_off(path: Path) -> bool:
     with path.open("rb") as file:
         data_size = _find_size(file)
         if file.read(len(_EBML)) == _EBML:
-            return _find_segment_end(file) > data_size
+            return _find_segment_end(file, data_size) > data_size
         kinds = set()
         for kind, end in _list_boxes(file, data_size):
             kinds.add(kind)
@@ -58,10 +58,12 @@ def _list_boxes(file: BinaryIO, data_size: int) -> Iterator[tuple[bytes, int]]:
             return
 
 
-def _find_segment_end(file: BinaryIO) -> int:
+def _find_segment_end(file: BinaryIO, data_size: int) -> int:
     """Return the end of the recording in an mkv or webm file; 0 if the file does not state it."""
     position = 0
     for _ in range(_MAX_ELEMENTS):
+        if position >= data_size:  # Systems reject very large positions.
+            break
         file.seek(position)
         header = file.read(_ELEMENT_HEADER_BYTES)
         id_size = _find_number_size(header)

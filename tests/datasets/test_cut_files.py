@@ -47,3 +47,10 @@ def test_any_beginning_of_a_file_can_be_looked_at(path):
         for beginning in (data[:length], data[:4] + b"\xff" * length):
             path.write_bytes(beginning)
             is_cut_off(path)
+
+
+def test_an_element_may_state_any_size(tmp_path):
+    path = tmp_path / "a.mkv"
+    path.write_bytes(b"\x1a\x45\xdf\xa3\x01" + b"\xfe" * 7 + bytes(20))
+
+    assert not is_cut_off(path)
