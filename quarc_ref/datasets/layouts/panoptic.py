@@ -84,7 +84,7 @@ def read_cameras(path: Path) -> dict[str, dict[str, CalibratedCamera]]:
                 if name in cameras[entry["type"]]:
                     message = f"{path} has two entries of camera {name}: remove one of them"
                     raise UnreadablePoseError(message)
-                cameras[entry["type"]][name] = _make_camera(name, entry)
+                cameras[entry["type"]][name] = _read_camera(path, name, entry)
     except OSError as error:
         raise MissingFileError.of(path, error) from error
     except (KeyError, OverflowError, RecursionError, TypeError, ValueError) as error:
@@ -98,6 +98,15 @@ def _list_files(folder: Path, kind: str) -> Files:
     videos = list_videos(folder / f"{kind}Videos")
     videos_by_name = {name.removeprefix(f"{kind}_"): paths for name, paths in videos.items()}
     return videos_by_name or list_picture_folders(folder / f"{kind}Imgs")
+
+
+def _read_camera(path: Path, name: str, entry: Mapping[str, object]) -> CalibratedCamera:
+    try:
+        return _make_camera(name, entry)
+    except (KeyError, OverflowError, TypeError, ValueError) as error:
+        reason = f"{error} is missing" if isinstance(error, KeyError) else error
+        message = f"{path}: camera {name}: {reason}"
+        raise UnreadablePoseError(message) from error
 
 
 def _make_camera(name: str, entry: Mapping[str, object]) -> CalibratedCamera:

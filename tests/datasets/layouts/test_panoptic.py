@@ -30,3 +30,21 @@ def test_of_two_entries_of_a_camera_none_is_chosen(folder):
 
     with pytest.raises(UnreadablePoseError, match=f"{NAME} has two entries of camera 00_03: "):
         read_panoptic(folder)
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"K": [[100, 9, 32], [0, 100, 24], [0, 0, 1]]}, "the skew 9 in K moves pixels"),
+        ({"resolution": [0, 48]}, "picture sizes and focal lengths must be positive"),
+        ({"K": None}, "'K' is missing"),
+    ],
+)
+def test_a_camera_that_cannot_be_used_is_named(folder, change, reason):
+    document = json.loads((folder / NAME).read_bytes())
+    entry = document["cameras"][-1] | change
+    document["cameras"][-1] = {key: value for key, value in entry.items() if value is not None}
+    (folder / NAME).write_text(json.dumps(document))
+
+    with pytest.raises(UnreadablePoseError, match=f"{NAME}: camera 00_03: {reason}"):
+        read_panoptic(folder)
