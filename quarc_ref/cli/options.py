@@ -20,7 +20,7 @@ _MAX_DIGITS = 20  # frame numbers have fewer digits
 
 def is_path_name(name: str) -> bool:
     """Return whether the name of a stream is a path, not a URL or `-`."""
-    return name != STANDARD_STREAM and not name.startswith(("http://", "https://"))
+    return name != STANDARD_STREAM and not name.lower().startswith(("http://", "https://"))
 
 
 def format_stream_name(name: str) -> str:

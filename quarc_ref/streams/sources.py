@@ -120,7 +120,7 @@ def open_source(name: str | os.PathLike[str]) -> Iterator[Source]:
             raise SourceError(message)
         # Unbuffered: Python aborts at exit if a thread still waits in a read of the buffer.
         yield PipeSource(getattr(sys.stdin.buffer, "raw", sys.stdin.buffer))
-    elif name.startswith(("http://", "https://")):
+    elif name.lower().startswith(("http://", "https://")):
         from quarc_ref.streams.http_source import HttpSource  # imports all of urllib
 
         yield HttpSource(name)

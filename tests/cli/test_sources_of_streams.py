@@ -54,6 +54,7 @@ def test_a_stream_on_a_server_is_named_after_its_file(tmp_path, monkeypatch):
     url = "https://example.org/streams/a.quarc"
 
     assert run("info", url).stdout.startswith("a.quarc")
+    assert run("info", url.replace("https", "HTTPS")).stdout.startswith("a.quarc")
     signed_url = "https://example.org/streams/my%20a.quarc?signature=secret/1#part"
     assert run("info", signed_url).stdout.splitlines()[0] == "my a.quarc"
     assert run("info", "https://me:secret@example.org").stdout.splitlines()[0] == "example.org"
