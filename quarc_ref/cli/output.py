@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 from types import TracebackType
 from typing import Literal, NoReturn
 
+from rich.cells import cell_len
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -26,6 +27,7 @@ _REFERENCE_ENGINE_MESSAGE = (
     "scenes of this size decode many times faster with it (see core/README.md)"
 )
 _UNLIMITED_WIDTH = 1 << 12
+_MIN_VALUE_WIDTH = 16
 
 
 class _PlainConsole(Console):
@@ -73,17 +75,21 @@ class MessageHandler(logging.Handler):
 def print_fields(title: str, fields: dict[str, str]) -> None:
     """Print a table of names and values on standard output.
 
+    On a terminal that is too narrow for the names, lines are longer than the terminal is wide.
+
     Args:
         title: Text above the table.
         fields: Values by name; control characters are escaped.
     """
     table = Table(show_header=False, box=None, pad_edge=False)
-    table.add_column(style="dim")
+    table.add_column(style="dim", no_wrap=True)
     table.add_column(overflow="fold")
-    for name, value in fields.items():
-        table.add_row(escape_controls(name), escape_controls(value))
+    rows = {escape_controls(name): escape_controls(value) for name, value in fields.items()}
+    for row in rows.items():
+        table.add_row(*row)
     output = _PlainConsole()
     output.print(escape_controls(title), style="italic", highlight=False, soft_wrap=True)
+    output.width = max(output.width, max(map(cell_len, rows), default=0) + _MIN_VALUE_WIDTH)
     output.print(table)
 
 

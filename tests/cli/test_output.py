@@ -33,6 +33,14 @@ def test_a_table_wraps_long_values_and_loses_no_letter(capsys):
     assert "".join(printed_text.split()[2:]) == digest
 
 
+@pytest.mark.parametrize("columns", [1, 10, 30])
+def test_a_table_is_complete_on_a_narrow_terminal(columns, monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", str(columns))
+    print_fields("title", {"whole stream": "1,626 bytes"})
+
+    assert capsys.readouterr().out.split() == ["title", "whole", "stream", "1,626", "bytes"]
+
+
 def test_a_long_title_is_not_wrapped(capsys):
     print_fields("a-very-long-name.quarc" * 9, {"name": "1"})
 
