@@ -307,7 +307,8 @@ def _make_header(
         updates=True,
     )
     matches = [match_frames(previous, current) for previous, current in pairwise(first_frames)]
-    return choose_steps(header, bounds, [frame.splats for frame in first_frames], matches)
+    splats = [frame.splats for frame in first_frames]
+    return choose_steps(header, bounds, splats, matches, options.first_frame)
 
 
 _LOOKAHEAD_FRAMES = 3

@@ -53,7 +53,11 @@ _MAX_STEPS_OF_ANGLE = 2 * math.sqrt(3)
 
 
 def choose_steps(
-    header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
+    header: StreamHeader,
+    bounds: Bounds,
+    frames: Sequence[Splats],
+    matches: Sequence[Match],
+    first_frame: int = 0,
 ) -> StreamHeader:
     """Return a header with a lattice and steps that allow coding within the bounds.
 
@@ -62,33 +66,35 @@ def choose_steps(
         bounds: Bounds that `Bounds.resolved` returned.
         frames: The first frames of the input, at least one.
         matches: Match of each frame with the next frame.
+        first_frame: Number of the first frame in messages.
 
     Raises:
         EncodeError: The position bound is too small for the extent of the scene.
     """
-    first_frame = frames[0]
-    header = _choose_lattice(header, bounds, frames, matches)
-    sh = first_frame.sh
+    splats, sh = frames[0], frames[0].sh
+    exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_FACTOR)
+    if exponent is None or 2.0**-exponent > bounds.position:
+        header = _choose_fine_lattice(header, bounds, frames, first_frame)
+    else:
+        header = replace(header, lattice_exponent=exponent)
+        header = _choose_position_steps(header, bounds, frames, matches)
     return replace(
         header,
-        rotation_bits=_choose_rotation_bits(first_frame.rotations, bounds.rotation),
+        rotation_bits=_choose_rotation_bits(splats.rotations, bounds.rotation),
         rotation_unity=math.ceil(min(ROTATION_UNITY_LIMIT, math.sqrt(3) / bounds.rotation * 1.02)),
-        log_scale_step=_choose_step(first_frame.log_scales, bounds.log_scale),
-        opacity_step=_choose_step(first_frame.opacities, bounds.opacity),
+        log_scale_step=_choose_step(splats.log_scales, bounds.log_scale),
+        opacity_step=_choose_step(splats.opacities, bounds.opacity),
         sh_dc_step=_choose_step(sh[:, 0], bounds.sh_dc),
         sh_rest_step=_choose_step(sh[:, 1:4], bounds.sh_rest),
         sh_degree=int(sh.shape[1] > 1),
     )
 
 
-def _choose_lattice(
+def _choose_position_steps(
     header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], matches: Sequence[Match]
 ) -> StreamHeader:
-    """Return a header whose lattice contains all positions, or is fine enough for the bound."""
-    exponent = find_lattice([frame.positions for frame in frames], POSITION_LIMIT / _RANGE_FACTOR)
-    if exponent is None or 2.0**-exponent > bounds.position:
-        return _choose_fine_lattice(header, bounds, frames)
-    units_per_world_unit = 2.0**exponent
+    """Return a header with steps for its lattice, which contains all positions."""
+    units_per_world_unit = 2.0**header.lattice_exponent
     max_step = int(min(2 * bounds.position * units_per_world_unit, LATTICE_STEP_LIMIT))
     position_divisor = greatest_common_divisor(
         frames[0].positions.astype(np.float64) * units_per_world_unit
@@ -106,21 +112,21 @@ def _choose_lattice(
     default_step = max(1, max_step // 2)
     return replace(
         header,
-        lattice_exponent=exponent,
         position_step=_choose_divisor(position_divisor, max_step, default_step),
         translation_step=_choose_divisor(translation_divisor, max_step, default_step),
     )
 
 
 def _choose_fine_lattice(
-    header: StreamHeader, bounds: Bounds, frames: Sequence[Splats]
+    header: StreamHeader, bounds: Bounds, frames: Sequence[Splats], first_frame: int
 ) -> StreamHeader:
     """Return a header whose lattice and steps keep position errors within their bound.
 
     Raises:
         EncodeError: No lattice covers the positions and is fine enough for the bound.
     """
-    max_coordinate = max(float(np.abs(frame.positions).max()) for frame in frames) * _RANGE_FACTOR
+    largest = [float(np.abs(frame.positions).max()) for frame in frames]
+    max_coordinate = max(largest) * _RANGE_FACTOR
     range_exponent = (
         math.floor(math.log2(POSITION_LIMIT / max_coordinate))
         if max_coordinate
@@ -130,9 +136,12 @@ def _choose_fine_lattice(
     exponent = max(0, math.ceil(min(precision_exponent, range_exponent, LATTICE_EXPONENT_LIMIT)))
     step_units = math.floor(bounds.position * 2.0**exponent)
     if step_units < 1:
+        index = int(np.argmax(largest))
+        row = np.abs(frames[index].positions).max(axis=1).argmax()
         message = (
-            f"a stream cannot represent positions of up to {max_coordinate / _RANGE_FACTOR:.6g} "
-            f"units with errors of at most {bounds.position:.6g}: allow larger errors"
+            f"frame {first_frame + index}: a stream cannot represent the position of Gaussian {row}"
+            f", {largest[index]:.6g} units from the origin, with errors of at most "
+            f"{bounds.position:.6g}: remove the Gaussian, or allow larger errors of position"
         )
         raise EncodeError(message)
     step = min(step_units, LATTICE_STEP_LIMIT)

@@ -71,8 +71,20 @@ def test_bounds_that_are_too_narrow_for_the_extent_are_rejected():
     splats = make_splats()
     wide_splats = replace(splats, positions=splats.positions * 1e6)
 
-    with pytest.raises(EncodeError, match="a stream cannot represent positions"):
+    with pytest.raises(EncodeError, match="a stream cannot represent the position"):
         encode([wide_splats], SceneOptions(bounds=Bounds(position=1e-3)))
+
+
+@pytest.mark.parametrize("index", [0, 2])
+def test_a_position_that_no_lattice_covers_is_named_with_its_frame_and_gaussian(index):
+    frames = [make_splats()] * 3
+    positions = frames[index].positions.copy()
+    positions[7, 1] = -1e30
+    frames[index] = replace(frames[index], positions=positions)
+
+    expected_message = rf"^frame {40 + index}: .* position of Gaussian 7, 1e\+30 units"
+    with pytest.raises(EncodeError, match=expected_message):
+        encode(frames, SceneOptions(first_frame=40))
 
 
 @pytest.mark.parametrize("grid", [None, 1 / 4096])
