@@ -49,7 +49,7 @@ _EXTRA_BY_PACKAGE = {
         if export.package and export.extra
     },
 }
-_INTERRUPTED_MESSAGE = "interrupted; nothing was written"
+_INTERRUPTED_MESSAGE = "interrupted; nothing new was written"
 
 
 class UsageError(Exception):

@@ -115,7 +115,7 @@ def test_segments_of_another_split_are_not_discarded(capture, parts, tmp_path, m
 @pytest.mark.parametrize(
     ("suffix", "content", "message"),
     [
-        ("", b"", "interrupted; nothing was written"),
+        ("", b"", "interrupted; nothing new was written"),
         (
             ".training",
             b"x",
