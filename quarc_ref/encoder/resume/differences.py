@@ -8,7 +8,7 @@ from quarc_ref.encoder.settings.renamed import update_names
 from quarc_ref.format.errors import ResumeError
 
 _DESCRIPTIONS = {
-    "cameras": "set of cameras",
+    "cameras": "cameras (--downscale, --held-out)",
     "fingerprint": "fingerprint (of the capture's files, including masks)",
     "encoder": "encoder (the version of quarc-ref or of a library)",
 }
