@@ -76,7 +76,12 @@ def evaluate_stream(
     if summary.cameras and not any(camera.held_out for camera in summary.cameras):
         message = "the stream has no held-out cameras, so there is nothing to measure"
         raise MismatchError(message)
-    capture = open_same_capture(summary, folder, accept_other_capture=options.accept_other_capture)
+    capture = open_same_capture(
+        summary,
+        folder,
+        stop=options.span[1],
+        accept_other_capture=options.accept_other_capture,
+    )
     frames = _list_frames(summary, options.span)
     frame_count = len(frames)
     camera_group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)

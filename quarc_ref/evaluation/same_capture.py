@@ -37,7 +37,11 @@ class OtherCaptureError(MismatchError):
 
 
 def open_same_capture(
-    summary: StreamSummary, folder: Path, *, accept_other_capture: bool = False
+    summary: StreamSummary,
+    folder: Path,
+    *,
+    stop: int | None = None,
+    accept_other_capture: bool = False,
 ) -> Capture:
     """Open the capture of a stream, with the stream's picture size and held-out cameras.
 
@@ -46,6 +50,7 @@ def open_same_capture(
     Args:
         summary: Summary of the stream.
         folder: Folder of the capture.
+        stop: Frame before which measuring ends; None to measure all frames.
         accept_other_capture: Whether to accept another capture with the same cameras and picture
             sizes.
 
@@ -70,10 +75,12 @@ def open_same_capture(
     except DownscaleError as error:
         raise MismatchError(str(error)) from error
     _require_same_sizes(capture.cameras, summary.cameras)
-    if capture.frame_count <= summary.frames[-1].frame:
+    end = summary.frames[-1].frame + 1
+    if capture.frame_count < (end if stop is None else min(end, stop)):
         message = (
-            f"frame {summary.frames[-1].frame} of the stream is not in the capture, "
-            f"whose last frame is {capture.frame_count - 1}"
+            f"frame {end - 1} of the stream is not in the capture, whose last frame is "
+            f"{capture.frame_count - 1}: choose frames that the capture has, such as --frames "
+            f"0:{capture.frame_count}"
         )
         raise MismatchError(message)
     encoded_from = summary.metadata.get("fingerprint", capture.fingerprint)

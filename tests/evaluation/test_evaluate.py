@@ -9,7 +9,7 @@ from quarc_ref.datasets import choose_points as choose_points_module
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import dequantize
-from quarc_ref.evaluation.evaluate import evaluate_stream
+from quarc_ref.evaluation.evaluate import EvaluationOptions, evaluate_stream
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.inspection.inspect_stream import inspect_stream
@@ -114,7 +114,7 @@ def _as_training_camera(camera):
         ),
         (lambda _: [], 2, "the stream has no cameras"),
         (lambda cameras: cameras, 0, "no frame"),
-        (lambda cameras: cameras, 5, "frame 4 of the stream is not in the capture"),
+        (lambda cameras: cameras, 5, "frame 4 of the stream is not in the capture.*--frames 0:4$"),
         (lambda cameras: cameras[:3], 2, "cameras .* differ: only the capture has cam04$"),
         (
             lambda cameras: [*cameras[:3], replace(cameras[3], name="cam07")],
@@ -135,6 +135,17 @@ def test_streams_and_captures_that_do_not_match_are_rejected(change, frames, mes
 
     with pytest.raises(MismatchError, match=message):
         evaluate_stream(data, folder, ignore_progress)
+
+
+def test_only_the_measured_frames_must_be_in_the_capture(capture, folder):
+    data = write_stream(capture.cameras, 6)
+    evaluation = evaluate_stream(
+        data, folder, ignore_progress, EvaluationOptions((2, capture.frame_count))
+    )
+
+    assert evaluation.frames == (2, 3)
+    with pytest.raises(MismatchError, match="frame 5 of the stream is not in the capture"):
+        evaluate_stream(data, folder, ignore_progress, EvaluationOptions((2, 5)))
 
 
 def test_a_damaged_stream_is_rejected_before_the_capture_is_read(stream, tmp_path):

@@ -124,7 +124,9 @@ def compare(
             reject_input_folder(report, (capture, *(entry.path for entry in entry_sources)))
         frame_range = parse_frames(frames)
         lpips_metric = load_lpips(lpips)
-        options = ComparisonOptions(capture, tuple(cameras or ()), downscale, other_capture)
+        options = ComparisonOptions(
+            capture, tuple(cameras or ()), downscale, other_capture, stop=frame_range[1]
+        )
         target = written_folder(report, force=force) if report else nullcontext()
         with TerminalProgress(quiet=quiet) as progress, target as folder:
             try:

@@ -58,12 +58,14 @@ class ComparisonOptions:
         downscale: Factor by which the capture's pictures are downscaled; ignored if a stream
             determines the size.
         accept_other_capture: Whether to accept streams that were encoded from another capture.
+        stop: Frame before which the comparison ends; None to compare all frames.
     """
 
     capture: Path | None = None
     cameras: tuple[str, ...] = ()
     downscale: int = 1
     accept_other_capture: bool = False
+    stop: int | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -207,7 +209,10 @@ def _open_capture(
     for path, summary in streams:
         with _name_path_in_errors(path):
             capture = open_same_capture(
-                summary, options.capture, accept_other_capture=options.accept_other_capture
+                summary,
+                options.capture,
+                stop=options.stop,
+                accept_other_capture=options.accept_other_capture,
             )
         captures.append(capture)
     return captures[0]

@@ -59,7 +59,8 @@ def compare():
             else EntrySource(Label(path.stem, path.stem), path)
             for path in paths
         ]
-        inputs = open_entries(sources, ComparisonOptions(**options), ignore_progress)
+        options = ComparisonOptions(stop=span[1], **options)
+        inputs = open_entries(sources, options, ignore_progress)
         return measure_entries(inputs, span, lpips, ignore_progress)
 
     return open_and_measure

@@ -5,6 +5,7 @@ import shutil
 import pytest
 
 from quarc_ref.evaluation.comparison.entries import EntryError
+from quarc_ref.evaluation.same_capture import MismatchError
 from tests.evaluation.capture_streams import write_stream
 
 
@@ -27,6 +28,15 @@ def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
         path.rename(path.with_stem(f"point_cloud_0001{frame}"))
     with pytest.raises(EntryError, match=r"common \(0 to 3 in a, the capture; 11 to 13 in few\)"):
         compare(stream, tmp_path / "few", capture=method_outputs.capture)
+
+
+def test_only_the_compared_frames_must_be_in_the_capture(method_outputs, compare, tmp_path):
+    path, capture = tmp_path / "long.quarc", method_outputs.capture
+    path.write_bytes(write_stream(method_outputs.cameras, 6))
+
+    assert compare(path, path, capture=capture, span=(2, 4)).frames == (2, 3)
+    with pytest.raises(MismatchError, match="frame 5 of the stream is not in the capture"):
+        compare(path, path, capture=capture)
 
 
 def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
