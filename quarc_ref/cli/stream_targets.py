@@ -105,12 +105,14 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
         resume: Whether to continue with existing segments.
 
     Raises:
-        UsageError: The target cannot be written, or segments exist and neither `force` nor `resume`
-            is set.
+        UsageError: The target cannot be written; a partial stream exists, and `force` is not set;
+            or segments exist, and neither `force` nor `resume` is set.
         OutputPathError: The folder has files that quarc-ref did not create, or is in use.
     """
     require_writable_file(target, force=force)
-    path = target.with_name(target.name + _SEGMENTS_SUFFIX)
+    if not force:
+        _reject_other_encode(_get_part_path(target), "without --segments")
+    path = _get_segments_path(target)
     with growing_folder(path, replace=True, keep=resume or not force) as folder:
         if not (resume or force) and folder.contains_files():
             _reject_leftover(path)
@@ -204,16 +206,14 @@ def _choose_resumed_path(target: Path, *, live: bool) -> Path:
     """Return the file in which an interrupted encode, with or without `--live`, left its frames.
 
     Raises:
-        UsageError: `live` is set, but the interrupted encode was not live.
+        UsageError: The interrupted encode was not live, but `live` is set, or it had segments.
     """
     part_path = _get_part_path(target)
+    if live:
+        _reject_other_encode(part_path, "without --live")
     has_part = _has_partial_encode(part_path)
-    if live and has_part:
-        message = (
-            f"{part_path} is from an interrupted encode without --live: use --resume without "
-            "--live to continue the encode"
-        )
-        raise UsageError(message)
+    if not (has_part or _has_partial_encode(target)):
+        _reject_other_encode(_get_segments_path(target), "with --segments")
     is_target_resumed = live or (_has_partial_encode(target) and not has_part)
     return target if is_target_resumed else part_path
 
@@ -259,6 +259,16 @@ def _reject_incomplete_stream(target: Path) -> None:
         raise UsageError(message)
 
 
+def _reject_other_encode(path: Path, how: str) -> None:
+    """Raise UsageError if a file or folder is from an encode that only other options resume."""
+    if _describe_kept_files(path):
+        message = (
+            f"{path} is from an interrupted encode {how}: use --resume {how} to continue the "
+            "encode, or delete it"
+        )
+        raise UsageError(message)
+
+
 def _reject_leftover(path: Path) -> NoReturn:
     message = (
         f"{path} is from an interrupted encode: use --resume to continue the encode, or --force "
@@ -276,6 +286,10 @@ def _get_checkpoint_path(path: Path) -> Path:
 def _get_part_path(target: Path) -> Path:
     reject_folder(target)  # `.` and `/` have no name to which a suffix can be added
     return target.with_name(target.name + _PART_SUFFIX)
+
+
+def _get_segments_path(target: Path) -> Path:
+    return target.with_name(target.name + _SEGMENTS_SUFFIX)
 
 
 def _has_partial_encode(path: Path) -> bool:

@@ -11,7 +11,7 @@ from quarc_ref.cli.stream_targets import (
     reject_stream_path,
 )
 from quarc_ref.files import OutputPathError
-from tests.cli.commands import list_names
+from tests.cli.commands import list_names, make_folder
 
 
 @pytest.mark.parametrize("live", [False, True])
@@ -79,6 +79,32 @@ def test_an_encode_that_was_not_live_is_not_resumed_live(name, tmp_path):
         pytest.fail("the target was opened")
 
     assert list_names(tmp_path) == [name]
+
+
+@pytest.mark.parametrize("resume", [False, True])
+@pytest.mark.parametrize("name", ["a.quarc.part", "a.quarc.part.training"])
+def test_an_encode_without_segments_is_not_ignored_by_one_with_segments(name, resume, tmp_path):
+    (tmp_path / name).write_bytes(b"begun")
+
+    with (
+        pytest.raises(UsageError, match="use --resume without --segments to continue"),
+        open_segments_folder(tmp_path / "a.quarc", force=False, resume=resume),
+    ):
+        pytest.fail("the folder was opened")
+
+    assert list_names(tmp_path) == [name]
+
+
+def test_an_encode_with_segments_is_not_ignored_by_one_without(tmp_path):
+    make_folder(tmp_path / "a.quarc.segments", "frames_000000_000001.quarc")
+
+    with (
+        pytest.raises(UsageError, match="use --resume with --segments to continue"),
+        open_stream_file(tmp_path / "a.quarc", force=False, live=False, resume=True),
+    ):
+        pytest.fail("the target was opened")
+
+    assert list_names(tmp_path) == ["a.quarc.segments"]
 
 
 @pytest.mark.parametrize("options", [{"live": True}, {"live": False}])
