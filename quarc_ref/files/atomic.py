@@ -13,7 +13,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from quarc_ref.files.errors import name_full_disk
+from quarc_ref.files.errors import name_full_disk, name_target
 from quarc_ref.files.locks import CAN_LOCK, create_locked
 from quarc_ref.files.temporary_paths import PART_SUFFIX, make_temporary_path
 
@@ -31,11 +31,11 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
         The open file.
 
     Raises:
-        OSError: The file cannot be written; if the disk is full, the error names the target.
+        OSError: The file cannot be written; the error of a full or read-only disk names the target.
     """
     temporary_path, file = _create_temporary_file(target)
     try:
-        with name_full_disk(target), file:
+        with name_full_disk(target), name_target(temporary_path, target), file:
             yield file
             if durable:
                 sync_file(file)
@@ -86,5 +86,5 @@ def sync_folder(folder: Path) -> None:
 def _create_temporary_file(target: Path) -> tuple[Path, BinaryIO]:
     while True:
         temporary_path = make_temporary_path(target, PART_SUFFIX)
-        with suppress(FileExistsError):
+        with suppress(FileExistsError), name_target(temporary_path, target):
             return temporary_path, create_locked(temporary_path)

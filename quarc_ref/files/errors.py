@@ -30,3 +30,16 @@ def name_full_disk(path: Path) -> Iterator[None]:
         if error.errno in _FULL_DISK_CODES and error.filename is None:
             error.filename = str(path)
         raise
+
+
+@contextmanager
+def name_target(temporary_path: Path, target: Path) -> Iterator[None]:
+    """Replace a hidden temporary path in the error of a block by the target that it becomes."""
+    try:
+        yield
+    except OSError as error:
+        if isinstance(error.filename, str | Path):
+            path = Path(error.filename)
+            if path.is_relative_to(temporary_path):
+                error.filename = str(target / path.relative_to(temporary_path))
+        raise

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from quarc_ref.files.errors import OutputPathError
+from quarc_ref.files.errors import OutputPathError, name_target
 from quarc_ref.files.folder_contents import remove_output_folder, require_no_foreign_files
 from quarc_ref.files.leftovers import remove_leftovers
 from quarc_ref.files.locks import CAN_LOCK
@@ -39,7 +39,7 @@ def written_folder(target: Path, *, replace: bool = False) -> Iterator[OutputFol
     _require_available(target, replace=replace)
     folder = _make_temporary_folder(target)
     try:
-        with folder:
+        with name_target(folder.path, target), folder:
             yield folder
             if not CAN_LOCK:
                 folder.close()
@@ -127,11 +127,13 @@ def _make_temporary_folder(target: Path) -> OutputFolder:
     while True:
         temporary_path = make_temporary_path(target, PART_SUFFIX)
         try:
-            temporary_path.mkdir()
+            with name_target(temporary_path, target):
+                temporary_path.mkdir()
         except FileExistsError:
             continue
         try:
-            return mark_folder(temporary_path)
+            with name_target(temporary_path, target):
+                return mark_folder(temporary_path)
         except FileNotFoundError:  # another process has removed the folder because it was empty
             continue
         except BaseException:

@@ -139,3 +139,11 @@ def test_the_error_of_a_full_disk_names_the_file_that_is_written(
 
     assert error_info.value.filename == name
     assert _list(tmp_path) == []
+
+
+def test_a_file_that_cannot_be_created_is_named(tmp_path):
+    target = tmp_path / "missing" / "a.bin"
+    with pytest.raises(FileNotFoundError) as error_info:
+        write_file(target, b"data")
+
+    assert error_info.value.filename == str(target)

@@ -1,3 +1,4 @@
+import errno
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -36,6 +37,19 @@ def test_a_folder_is_invisible_until_complete(tmp_path):
 
     assert _list(tmp_path) == ["out"]
     assert _list(tmp_path / "out") == [MARKER_NAME, "a.ply"]
+
+
+@pytest.mark.parametrize("make", [written_folder, growing_folder])
+def test_an_error_names_the_final_path_of_a_file(make, tmp_path):
+    error = OSError(errno.ENOSPC, "No space left on device")
+    with (
+        pytest.raises(OSError, match="No space"),
+        make(tmp_path / "out") as made,
+        made.open("a.ply"),
+    ):
+        raise error
+
+    assert error.filename == str(tmp_path / "out" / "a.ply")
 
 
 def test_files_of_a_growing_folder_appear_at_once_when_complete(tmp_path):
