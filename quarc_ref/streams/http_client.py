@@ -1,7 +1,9 @@
 """Sends HTTP requests and follows redirects, with one deadline for all of them."""
 
 import base64
+import errno
 import re
+import socket
 import ssl
 import string
 from collections.abc import Mapping
@@ -18,6 +20,8 @@ from quarc_ref.streams.timed_connection import (
 )
 
 _REDIRECT_STATUSES = (301, 302, 303, 307, 308)
+_TEMPORARY_STATUSES = (408, 425, 429)  # Request Timeout, Too Early, Too Many Requests
+_NETWORK_ERROR_CODES = (errno.ENETDOWN, errno.ENETUNREACH, errno.EHOSTUNREACH)
 _SCHEMES = ("http", "https")
 _MAX_REDIRECTS = 5
 _CREDENTIALS_PATTERN = re.compile(r"^([^/?#]*//)[^/?#]*@")
@@ -73,6 +77,20 @@ class HttpClient:
                 message = f"redirects more than {_MAX_REDIRECTS} times"
                 raise RedirectError(message)
             visited_urls.append(target)
+
+
+def is_temporary_status(status: int) -> bool:
+    """Return whether a later request may succeed after this status."""
+    return status >= 500 or status in _TEMPORARY_STATUSES
+
+
+def is_temporary_error(error: object) -> bool:
+    """Return whether a later request may succeed after this error of a connection."""
+    if isinstance(error, socket.gaierror):
+        return error.errno == socket.EAI_AGAIN
+    if isinstance(error, ConnectionError | TimeoutError | ssl.SSLEOFError):
+        return True
+    return isinstance(error, OSError) and error.errno in _NETWORK_ERROR_CODES
 
 
 def resolve_redirect(url: str, location: str | None) -> str:

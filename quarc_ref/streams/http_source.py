@@ -1,13 +1,20 @@
 """Reads streams from HTTP servers that support range requests: SPEC 11.2."""
 
 import re
+import time
 from http.client import HTTPException, HTTPResponse, IncompleteRead
 from typing import NoReturn
 from urllib.error import URLError
 
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams.file_version import Change, FileVersion
-from quarc_ref.streams.http_client import HttpClient, RedirectError, remove_credentials
+from quarc_ref.streams.http_client import (
+    HttpClient,
+    RedirectError,
+    is_temporary_error,
+    is_temporary_status,
+    remove_credentials,
+)
 
 _PARTIAL_CONTENT = 206
 _RANGE_NOT_SATISFIABLE = 416
@@ -15,6 +22,13 @@ _CONTENT_RANGE_PATTERN = re.compile(r"bytes (\d{1,20})-(\d{1,20})/(\d{1,20}|\*)"
 _UNSATISFIED_RANGE_PATTERN = re.compile(r"bytes \*/(\d{1,20})")
 _PIECE_BYTES = 1 << 16
 _SAMPLE_BYTES = 64
+_DEFAULT_PATIENCE = 2.0  # four retries
+_FIRST_PAUSE = 0.1
+_MAX_PAUSE = 3.2
+
+
+class _TemporaryError(SourceError):
+    """A request failed, but a later one may succeed."""
 
 
 class HttpSource:
@@ -30,11 +44,16 @@ class HttpSource:
             Basic authentication.
         timeout: Maximum seconds, including redirects, from connecting to the last byte of a
             response.
+        patience: Seconds for which a request is repeated, with pauses, while the connection breaks,
+            the server does not respond in time, or it reports a temporary error.
     """
 
-    def __init__(self, url: str, timeout: float = 30.0) -> None:
+    def __init__(
+        self, url: str, timeout: float = 30.0, patience: float = _DEFAULT_PATIENCE
+    ) -> None:
         self._url = url
         self._timeout = timeout
+        self._patience = patience
         self._client = HttpClient()
         self._version = FileVersion()
         self._sample = (0, b"")  # an offset, and the bytes read there
@@ -78,7 +97,18 @@ class HttpSource:
         return not sample or self._request(offset, len(sample))[0] == sample
 
     def _request(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
-        """Request a range, and return its bytes and the file's version."""
+        """Request a range until it succeeds, and return its bytes and the file's version."""
+        pause, deadline = _FIRST_PAUSE, time.monotonic() + self._patience
+        while True:
+            try:
+                return self._request_once(offset, length)
+            except _TemporaryError:
+                if time.monotonic() + pause > deadline:
+                    raise
+            time.sleep(pause)
+            pause = min(2 * pause, _MAX_PAUSE)
+
+    def _request_once(self, offset: int, length: int) -> tuple[bytes, FileVersion]:
         request_headers = {
             "Range": f"bytes={offset}-{offset + length - 1}",
             "Accept-Encoding": "identity",
@@ -91,8 +121,10 @@ class HttpSource:
         except (OSError, HTTPException, ValueError) as error:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, TimeoutError):
-                self._raise_error(f"takes more than {self._timeout} seconds to answer")
-            self._raise_error(f"cannot be read: {_describe_error(reason)}")
+                problem = f"takes more than {self._timeout} seconds to answer"
+            else:
+                problem = f"cannot be read: {_describe_error(reason)}"
+            self._raise_error(problem, is_temporary=is_temporary_error(reason))
 
     def _read_response(
         self, response: HTTPResponse, offset: int, length: int
@@ -141,7 +173,7 @@ class HttpSource:
                 piece = b""
             body += piece
         if len(body) < length:
-            self._raise_error(f"stops after {len(body)} of {length} bytes")
+            self._raise_error(f"stops after {len(body)} of {length} bytes", is_temporary=True)
         if len(body) > length:
             self._raise_error(f"sends more than the {length} bytes that were requested")
         return bytes(body)
@@ -149,11 +181,14 @@ class HttpSource:
     def _raise_status_error(self, response: HTTPResponse) -> NoReturn:
         if 200 <= response.status < 300:
             self._raise_error("does not support range requests: download the stream to decode it")
-        self._raise_error(f"answers {response.status} {response.reason}")
+        self._raise_error(
+            f"answers {response.status} {response.reason}",
+            is_temporary=is_temporary_status(response.status),
+        )
 
-    def _raise_error(self, problem: str) -> NoReturn:
+    def _raise_error(self, problem: str, *, is_temporary: bool = False) -> NoReturn:
         message = f"the server of {remove_credentials(self._url)} {problem}"
-        raise SourceError(message)
+        raise _TemporaryError(message) if is_temporary else SourceError(message)
 
 
 def _describe_error(reason: object) -> str:

@@ -13,6 +13,7 @@ from typing import BinaryIO
 
 from quarc_ref.format.constants import LEVELS
 from quarc_ref.format.errors import SourceError
+from quarc_ref.streams.follow import Follow
 from quarc_ref.streams.source import Source
 
 _PIECE_BYTES = 1 << 16
@@ -103,11 +104,13 @@ class PipeSource:
 
 
 @contextmanager
-def open_source(name: str | os.PathLike[str]) -> Iterator[Source]:
+def open_source(name: str | os.PathLike[str], follow: Follow | None = None) -> Iterator[Source]:
     """Open a stream by path, URL or `-`.
 
     Args:
         name: Path of a file or named pipe, HTTP URL, or `-` for standard input.
+        follow: How to wait for a growing stream: requests that fail temporarily are repeated for
+            its patience; None to repeat them a few times.
 
     Raises:
         OSError: The file cannot be opened.
@@ -123,7 +126,7 @@ def open_source(name: str | os.PathLike[str]) -> Iterator[Source]:
     elif name.lower().startswith(("http://", "https://")):
         from quarc_ref.streams.http_source import HttpSource  # imports all of urllib
 
-        yield HttpSource(name)
+        yield HttpSource(name) if follow is None else HttpSource(name, patience=follow.patience)
     else:
         with Path(name).open("rb", buffering=0) as file:
             is_file = stat.S_ISREG(os.fstat(file.fileno()).st_mode)

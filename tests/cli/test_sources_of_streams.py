@@ -1,11 +1,14 @@
 """Tests of streams on servers, and of the number of bytes that verbs read."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from quarc_ref.format.errors import SourceError
-from quarc_ref.streams import FileSource
+from quarc_ref.streams import FileSource, http_source
 from tests.cli.commands import run, run_json
 from tests.small_streams import CountedSource, make_stream
+from tests.streams.hostile_servers import serve
 
 
 def test_for_a_range_of_frames_less_than_half_of_the_file_is_read(tmp_path, monkeypatch):
@@ -64,3 +67,22 @@ def test_a_stream_on_a_server_is_named_after_its_file(tmp_path, monkeypatch):
     assert run_json("verify", url)["frames"] == 1
     assert run_json("cut", url, "--frames", ":", "-o", tmp_path / "b.quarc")["frames"] == 1
     assert (tmp_path / "b.quarc").read_bytes() == data
+
+
+@pytest.mark.parametrize("verb", ["decode", "verify"])
+def test_follow_outlasts_a_restart_of_the_server(verb, tmp_path, monkeypatch):
+    def answer(request):
+        is_down = 3 <= request.number < 20
+        request.send("HTTP/1.1 503 Down\n\n") if is_down else request.answer()
+
+    pauses = []
+    clock = SimpleNamespace(monotonic=lambda: sum(pauses), sleep=pauses.append)
+    monkeypatch.setattr(http_source, "time", clock)
+    options = ["-o", tmp_path / "out"] if verb == "decode" else []
+    with serve(answer) as server:
+        result = run(verb, server.url, *options)
+        server.request_heads.clear()
+        following = run(verb, server.url, *options, "--follow", "--patience", 600)
+
+    assert (result.exit_code, following.exit_code) == (3, 0)
+    assert result.stderr == f"quarc-ref: the server of {server.url} answers 503 Down\n"

@@ -198,7 +198,7 @@ def _send_garbage(handler, _first, _last):
 def test_a_server_with_another_response_is_named(fault, message):
     with _serve(fault=fault) as server:
         with pytest.raises(SourceError, match=message) as caught:
-            list(decode(HttpSource(server.url)))
+            list(decode(HttpSource(server.url, patience=0)))
         assert server.url in str(caught.value)
         assert len(server.ranges) == 1
 
@@ -238,7 +238,7 @@ def test_a_stalling_server_times_out(fault):
     with _serve(fault=fault) as server:
         start_time = time.monotonic()
         with pytest.raises(SourceError, match=r"takes more than 0\.2 seconds"):
-            HttpSource(server.url, timeout=0.2).read(0, 40)
+            HttpSource(server.url, timeout=0.2, patience=0).read(0, 40)
         assert time.monotonic() - start_time < 5
 
 
@@ -247,12 +247,12 @@ def test_a_stalling_server_times_out(fault):
 )
 def test_an_unreachable_server_is_a_source_error(url):
     with pytest.raises(SourceError):
-        HttpSource(url, timeout=1).read(0, 8)
+        HttpSource(url, timeout=1, patience=0).read(0, 8)
 
 
 def test_the_message_of_an_unreachable_server_has_only_the_reason():
     with pytest.raises(SourceError) as caught:
-        HttpSource("http://127.0.0.1:1/x", timeout=5).read(0, 8)
+        HttpSource("http://127.0.0.1:1/x", timeout=5, patience=0).read(0, 8)
 
     expected_message = "the server of http://127.0.0.1:1/x cannot be read: "
     assert str(caught.value) == expected_message + os.strerror(errno.ECONNREFUSED)

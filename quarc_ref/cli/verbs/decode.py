@@ -109,7 +109,11 @@ def decode_frames(
             open_output_frame if is_single_file else growing_folder if follow else written_folder
         )
         recovery_hint = nullcontext() if follow or recovers else _suggest_recovery(writer, frames)
-        with open_target(output, force=force) as target, open_source(file) as source, recovery_hint:
+        with (
+            open_target(output, force=force) as target,
+            open_source(file, follow_options) as source,
+            recovery_hint,
+        ):
             total = 0 if follow else count_frames(source)
             decoder = FrameDecoder(source, follow_options, writer.gaps if recovers else None)
             for scene in decoder.decode_scenes(*frame_range):

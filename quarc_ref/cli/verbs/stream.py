@@ -60,7 +60,7 @@ def verify(
     with report_errors(), TerminalProgress(quiet=quiet) as progress, ExitStack() as stack:
         from quarc_ref.streams import open_source
 
-        source = stack.enter_context(open_source(file))
+        source = stack.enter_context(open_source(file, follow_options))
         verifier, verification = _Verifier(progress), None
         try:
             if deep:
