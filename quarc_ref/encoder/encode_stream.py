@@ -41,6 +41,7 @@ from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, FrameWritten
 from quarc_ref.encoder.resume.checkpoint import Checkpoint
+from quarc_ref.encoder.resume.continue_stream import continue_stream
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians, make_header
 from quarc_ref.encoder.settings.frames import BirthSettings
@@ -77,10 +78,10 @@ def encode(
         capture: Multi-view video; held-out cameras are not read.
         sink: Binary file to which the stream is appended, one complete frame at a time.
         options: Options of the encode; None for the defaults.
-        partial_stream: The part of the stream that the sink already contains. Bytes after the
-            partial stream are removed, and the encode continues. The finished stream is
-            identical to that of an uninterrupted encode. A partial stream that is already
-            finished is not changed.
+        partial_stream: The part of the stream that the sink already contains; the sink must be open
+            for reading and writing. Bytes after the partial stream are replaced, and the encode
+            continues. The finished stream is identical to that of an uninterrupted encode. A
+            partial stream that is already finished is not changed.
 
     Raises:
         CaptureError: A picture cannot be read, or the capture has fewer frames than requested
@@ -278,7 +279,7 @@ class _Encoding:
             require_frames(partial_stream, self.frame_count, self._config.canonical)
             existing_bytes, metadata = partial_stream.end, partial_stream.metadata
             if not partial_stream.is_finished:
-                sink.truncate(sink.seek(existing_bytes))
+                sink = continue_stream(sink, partial_stream)
         self._loop = ClosedLoop(sink, header, capture.cameras, metadata, existing_bytes)
 
     def _prepare_inter_frames(self, state: FrameState) -> None:

@@ -37,6 +37,8 @@ class PartialStream:
             complete, an encode starts again.
         end: Offset of the end of the last complete frame, bytes; 0 if there is none.
         is_finished: Whether the stream ends with TAIL.
+        is_damaged: Whether the bytes after the last complete frame are not those of an interrupted
+            write.
     """
 
     header: StreamHeader
@@ -45,6 +47,7 @@ class PartialStream:
     frames: tuple[Chunk, ...]
     end: int
     is_finished: bool
+    is_damaged: bool
 
 
 def read_partial_stream(source: Source) -> PartialStream | None:
@@ -60,7 +63,7 @@ def read_partial_stream(source: Source) -> PartialStream | None:
         ResumeError: The chunks are not in the order in which this encoder writes them.
     """
     chunks: list[Chunk] = []
-    reader = ChunkReader(source)
+    reader, is_damaged = ChunkReader(source), False
     try:
         for header in reader.headers():
             chunks.append(reader.take(header))  # noqa: PERF401, keeps the chunks before an error
@@ -69,10 +72,11 @@ def read_partial_stream(source: Source) -> PartialStream | None:
     except BitstreamError:
         if len(chunks) < len(_PROLOGUE):
             raise
-    return _build_partial_stream(chunks)
+        is_damaged = True
+    return _build_partial_stream(chunks, is_damaged=is_damaged)
 
 
-def _build_partial_stream(chunks: Sequence[Chunk]) -> PartialStream | None:
+def _build_partial_stream(chunks: Sequence[Chunk], *, is_damaged: bool) -> PartialStream | None:
     prologue_length = len(_PROLOGUE)
     prologue, other_chunks = chunks[:prologue_length], chunks[prologue_length:]
     frames = tuple(chunk for chunk in other_chunks if chunk.kind in container.FRAME_TYPES)
@@ -93,6 +97,7 @@ def _build_partial_stream(chunks: Sequence[Chunk]) -> PartialStream | None:
         frames,
         frames[-1].offset + frames[-1].byte_count() if frames else 0,
         bool(frames) and other_chunks[-1].kind == container.TAIL,
+        is_damaged,
     )
 
 

@@ -62,6 +62,25 @@ def test_an_interrupted_stream_is_resumed_to_the_same_bytes(
     assert _resume(tmp_path / "a.quarc", partial_data) == complete_stream
 
 
+@pytest.mark.parametrize("cut_bytes", [60, 1])
+def test_a_file_that_is_followed_does_not_become_shorter(
+    cut_bytes, complete_stream, tmp_path, monkeypatch
+):
+    path, sizes, fit_motion = tmp_path / "a.quarc", [], encode_stream.fit_motion
+
+    def fit_and_note_size(*arguments):
+        sizes.append(path.stat().st_size)
+        return fit_motion(*arguments)
+
+    monkeypatch.setattr(encode_stream, "fit_motion", fit_and_note_size)
+    ends = _chunk_ends(complete_stream)
+    frame_2_end, tail_start = ends[5], ends[-2]
+    for end in (frame_2_end - cut_bytes, tail_start - cut_bytes, len(complete_stream) - 1):
+        sizes.clear()
+        assert _resume(path, complete_stream[:end]) == complete_stream
+        assert [end, *sizes] == sorted([end, *sizes])
+
+
 @pytest.mark.parametrize("share", [0, 0.3, 0.999])
 def test_without_a_complete_frame_the_stream_starts_again(share, complete_stream, tmp_path):
     before_frames, frame_0 = _chunk_ends(complete_stream)[2:4]
