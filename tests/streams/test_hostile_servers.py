@@ -22,7 +22,7 @@ from tests.streams.hostile_servers import DATA, HOSTILE_RESPONDERS, STATES, redi
 
 _TIMEOUT_S = 0.5
 _TIMEOUT_MESSAGE = f"takes more than {_TIMEOUT_S} seconds to answer"
-_GRACE_S = 2.0
+_GRACE_S = 20.0  # a busy machine is slow; without the limit, most of these never end
 _MAX_MEMORY_BYTES = 64 << 20
 _DIGESTS = [compute_digest(state.scene) for state in STATES]
 
