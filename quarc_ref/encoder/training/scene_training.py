@@ -188,21 +188,33 @@ class SceneTraining:
         self._optimize(loss, rendering, camera)
 
     def _optimize(self, loss: Tensor, rendering: Rendering, camera: Camera) -> Tensor:
-        """Take an optimizer step on a photometric loss; return it with its regularization terms."""
+        """Take an optimizer step; then decay opacities and add to the densification statistics.
+
+        Args:
+            loss: Photometric loss of a rendering.
+            rendering: The rendering.
+            camera: Its camera.
+
+        Returns:
+            The loss with its regularization and rate terms.
+        """
         objective, trainer, step = self._objective, self._trainer, self.step
-        settings = objective.settings
-        loss = loss + opacity_scale_penalty(trainer.attributes, settings)
-        rate_weight = settings.code_rd_lambda * objective.rd_lambda
-        if self._is_written and rate_weight and step % _RATE_INTERVAL == 0:
-            rate_nats = code_rate_nats(
-                trainer.attributes, objective.header, has_sh_rest=self._has_sh_rest
-            )
-            loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
+        loss = self._add_regularizers_and_rate(loss)
         gradient = trainer.step(loss, rendering.means2d)
         if objective.should_decay_opacity(step):
-            trainer.decay_opacity(rendering.radii > 0, settings.opacity_decay)
-        if step < settings.densification_end:
+            trainer.decay_opacity(rendering.radii > 0, objective.settings.opacity_decay)
+        if step < objective.settings.densification_end:
             self._statistics.add(gradient, rendering, camera)
+        return loss
+
+    def _add_regularizers_and_rate(self, loss: Tensor) -> Tensor:
+        """Return the loss of an iteration: a photometric loss plus the terms of `regularizers`."""
+        objective, attributes = self._objective, self._trainer.attributes
+        loss = loss + opacity_scale_penalty(attributes, objective.settings)
+        rate_weight = objective.settings.code_rd_lambda * objective.rd_lambda
+        if self._is_written and rate_weight and self.step % _RATE_INTERVAL == 0:
+            rate_nats = code_rate_nats(attributes, objective.header, has_sh_rest=self._has_sh_rest)
+            loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
         return loss
 
     def _attributes_to_render(self) -> Attributes:
