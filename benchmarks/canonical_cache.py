@@ -81,7 +81,7 @@ class CanonicalCache:
             header.opacity_step, header.sh_dc_step, header.sh_rest_step, header.sh_degree,
         )  # fmt: skip
         digest_inputs = json.dumps(
-            [self._inputs, repr(objective.settings), objective.rd_lambda, steps]
+            [self._inputs, repr(objective.settings), objective.rd_factor, steps]
         )
         return hashlib.sha256(digest_inputs.encode()).hexdigest()[:16]
 

@@ -34,27 +34,23 @@ class CanonicalObjective:
     Attributes:
         settings: Schedule, thresholds and weights.
         header: Header of the stream, which contains the quantization steps.
-        rd_lambda: Factor by which the rate-distortion weights of the settings are multiplied.
+        rd_factor: Factor by which the rate-distortion weights of the settings are multiplied.
     """
 
     settings: CanonicalSettings
     header: StreamHeader
-    rd_lambda: float = 1.0
-
-    @property
-    def fine_tuning_start(self) -> int:
-        """Index of the first iteration of fine-tuning, which trains quantized attributes."""
-        return self.settings.fine_tuning_start
+    rd_factor: float = 1.0
 
     @property
     def quantize_rd_lambda(self) -> float:
-        """Rate-distortion weight of codes (`rdoq`), multiplied by `rd_lambda`."""
-        return self.settings.quantize_rd_lambda * self.rd_lambda
+        """Rate-distortion weight of codes (`rdoq`), multiplied by `rd_factor`."""
+        return self.settings.quantize_rd_lambda * self.rd_factor
 
     def should_choose_codes(self, step: int) -> bool:
         """Return whether an iteration, halfway through fine-tuning, begins by choosing codes."""
-        halfway = (self.fine_tuning_start + self.settings.iterations) // 2
-        return bool(self.quantize_rd_lambda) and self.fine_tuning_start < step == halfway
+        start = self.settings.fine_tuning_start
+        halfway = (start + self.settings.iterations) // 2
+        return bool(self.quantize_rd_lambda) and start < step == halfway
 
     def should_densify(self, step: int) -> bool:
         """Return whether an iteration ends with densification."""
@@ -67,7 +63,7 @@ class CanonicalObjective:
         settings = self.settings
         return (
             bool(settings.opacity_decay)
-            and settings.densify_from_iter <= step < self.fine_tuning_start
+            and settings.densify_from_iter <= step < settings.fine_tuning_start
         )
 
     def pruning_at(self, step: int, initial_count: int) -> Pruning | None:
@@ -84,7 +80,7 @@ class CanonicalObjective:
             initial_count: Number of Gaussians from which training started.
         """
         settings = self.settings
-        threshold = settings.prune_rd_lambda * self.rd_lambda
+        threshold = settings.prune_rd_lambda * self.rd_factor
         last_step = min(settings.densification_end, settings.iterations - 1)
         if not threshold or not step:
             return None

@@ -3,7 +3,6 @@
 import math
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
-from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.trainable import cosine_decay
 
 
@@ -19,20 +18,19 @@ def canonical_learning_rates(settings: CanonicalSettings, extent: float) -> tupl
     )
 
 
-def learning_rates_at(objective: CanonicalObjective, extent: float, step: int) -> list[float]:
+def learning_rates_at(settings: CanonicalSettings, extent: float, step: int) -> list[float]:
     """Return the learning rate of each attribute in an iteration, in the order of `Attributes`.
 
     The learning rate of positions decays exponentially from the first to the last iteration.
     During fine-tuning, all learning rates are also multiplied by a cosine decay.
     """
-    settings = objective.settings
     progress = step / settings.iterations
     log_initial, log_final = math.log(settings.position_lr), math.log(settings.position_lr_final)
     position_lr = math.exp(log_initial + (log_final - log_initial) * progress) * extent
-    fine_tuning_step = step - objective.fine_tuning_start
+    fine_tuning_step = step - settings.fine_tuning_start
     decay = 1.0
     if fine_tuning_step >= 0:
-        fine_tuning_steps = settings.iterations - objective.fine_tuning_start
+        fine_tuning_steps = settings.iterations - settings.fine_tuning_start
         decay = cosine_decay(fine_tuning_step, fine_tuning_steps, settings.lr_end_factor)
     other_lrs = canonical_learning_rates(settings, extent)[1:]
     return [decay * lr for lr in (position_lr, *other_lrs)]

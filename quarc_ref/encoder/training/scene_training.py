@@ -104,7 +104,7 @@ class SceneTraining:
             self._statistics = ScreenStatistics(trainer.count, context.device)
         if objective.should_choose_codes(step):
             choose_codes(trainer, context, objective, self._generator)
-        trainer.set_learning_rates(learning_rates_at(objective, context.views.extent, step))
+        trainer.set_learning_rates(learning_rates_at(settings, context.views.extent, step))
         self._train_view()
         pseudo_view = self._draw_pseudo_view()
         if pseudo_view is not None:
@@ -211,7 +211,7 @@ class SceneTraining:
         """Return the loss of an iteration: a photometric loss plus the terms of `regularizers`."""
         objective, attributes = self._objective, self._trainer.attributes
         loss = loss + opacity_scale_penalty(attributes, objective.settings)
-        rate_weight = objective.settings.code_rd_lambda * objective.rd_lambda
+        rate_weight = objective.settings.code_rd_lambda * objective.rd_factor
         if self._is_written and rate_weight and self.step % _RATE_INTERVAL == 0:
             rate_nats = code_rate_nats(attributes, objective.header, has_sh_rest=self._has_sh_rest)
             loss = loss + _RATE_INTERVAL * loss.detach() * (rate_weight * rate_nats)
@@ -224,11 +224,8 @@ class SceneTraining:
         are quantized during fine-tuning.
         """
         attributes, generator, step = self._trainer.attributes, self._generator, self.step
-        settings, header, fine_tuning_start = (
-            self._objective.settings,
-            self._objective.header,
-            self._objective.fine_tuning_start,
-        )
+        settings, header = self._objective.settings, self._objective.header
+        fine_tuning_start = settings.fine_tuning_start
         noise = torch.zeros_like(attributes.means)
         if settings.position_noise:
             normals = torch.randn(noise.shape, generator=generator).to(noise.device)

@@ -228,8 +228,7 @@ def test_learning_rates_decay_only_during_fine_tuning():
     settings = replace(SMALL.canonical, lr_end_factor=0.1, quantize_from=0.8)
 
     shares = [
-        learning_rates_at(CanonicalObjective(settings, SMALL.stream), 1.0, step)[1]
-        / settings.rotation_lr
+        learning_rates_at(settings, 1.0, step)[1] / settings.rotation_lr
         for step in (0, 79, 80, 90, 100)
     ]
 
@@ -239,10 +238,7 @@ def test_learning_rates_decay_only_during_fine_tuning():
 def test_the_learning_rate_of_positions_decays_exponentially_and_is_relative_to_the_extent():
     settings = replace(SMALL.canonical, position_lr=1e-2, position_lr_final=1e-4, quantize_from=1.0)
 
-    rates = [
-        learning_rates_at(CanonicalObjective(settings, SMALL.stream), 3.0, step)[0]
-        for step in (0, 25, 50, 75)
-    ]
+    rates = [learning_rates_at(settings, 3.0, step)[0] for step in (0, 25, 50, 75)]
 
     assert rates == pytest.approx([3e-2 * 10 ** -(k / 2) for k in range(4)])
 

@@ -136,7 +136,7 @@ def test_main_prunes_three_times_during_densification_and_once_by_threshold_afte
             iterations=1000, densify_until_iter=800, max_gaussians=4000, prune_rd_lambda=3.0
         ),
         StreamHeader(),
-        rd_lambda=0.5,
+        rd_factor=0.5,
     )
 
     prunings = {

@@ -230,7 +230,7 @@ def test_codes_are_chosen_once_halfway_through_fine_tuning(
     settings = CanonicalSettings(
         iterations=100, quantize_from=quantize_from, quantize_rd_lambda=quantize_rd_lambda
     )
-    objective = CanonicalObjective(settings, _HEADER, rd_lambda=0.5)
+    objective = CanonicalObjective(settings, _HEADER, rd_factor=0.5)
 
     assert [step for step in range(100) if objective.should_choose_codes(step)] == expected
     assert objective.quantize_rd_lambda == 0.5 * quantize_rd_lambda

@@ -18,7 +18,7 @@ def test_the_rate_of_the_codes_has_twice_its_weight_in_the_iterations_that_use_i
     context = replace(make_context(), observers=Observers(monitor=recorder))
     for weight in (0.0, 0.01):
         settings = replace(SMALL.canonical, code_rd_lambda=weight)
-        objective = CanonicalObjective(settings, SMALL.stream, rd_lambda=0.5)
+        objective = CanonicalObjective(settings, SMALL.stream, rd_factor=0.5)
         training = SceneTraining(context, make_capture().points, objective, 0)
         nats = float(code_rate_nats(training.attributes, SMALL.stream, has_sh_rest=False))
         training.take_step()
