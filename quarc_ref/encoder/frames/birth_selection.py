@@ -39,13 +39,13 @@ class BirthObjective:
 
     Attributes:
         context: Training views and renderer.
-        background: The decoded scene after the frame's motion; training does not change it.
-        decoded_scene: The same scene as `background`, as the decoder's integers.
+        fixed_scene: The decoded scene after the frame's motion; training does not change it.
+        decoded_scene: The same scene as `fixed_scene`, as the decoder's integers.
         lambda_dssim: Weight of D-SSIM in the loss.
     """
 
     context: TrainingContext
-    background: FixedScene
+    fixed_scene: FixedScene
     decoded_scene: Scene
     lambda_dssim: float
 
@@ -55,7 +55,7 @@ class BirthObjective:
 
     def render(self, births: Gaussians, view: int) -> tuple[Rendering, Tensor]:
         """Render a view of the scene with new Gaussians; return the rendering and its loss."""
-        rendering = self.background.backdrop(view).render(births)
+        rendering = self.fixed_scene.backdrop(view).render(births)
         return rendering, self._loss(rendering.image, view)
 
     def mean_loss(self, births: Attributes) -> float:
@@ -67,7 +67,7 @@ class BirthObjective:
     def mean_loss_without_births(self) -> float:
         """Return the mean loss over the training views without new Gaussians."""
         views = range(self.context.view_count)
-        losses = (self._loss(self.background.backdrop(view).image, view) for view in views)
+        losses = (self._loss(self.fixed_scene.backdrop(view).image, view) for view in views)
         return sum(map(float, losses)) / len(views)
 
     def _loss(self, image: Tensor, view: int) -> Tensor:

@@ -130,4 +130,4 @@ def test_the_scene_equals_the_decoders(objective):
     splats = dequantize(objective.decoded_scene)
     picture = render_picture(splats, objective.context.camera(0))
 
-    assert np.allclose(objective.background.backdrop(0).image.numpy(), picture, atol=1e-4)
+    assert np.allclose(objective.fixed_scene.backdrop(0).image.numpy(), picture, atol=1e-4)
