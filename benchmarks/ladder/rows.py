@@ -17,7 +17,7 @@ from quarc_ref.decoder.state import State
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.first_frame import refit_exposures
+from quarc_ref.encoder.training.measurements import refit_exposures
 from quarc_ref.format.cameras import Camera
 from studies import Row, load_row, save_row, write_status
 

@@ -40,7 +40,7 @@ from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers, TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.first_frame import measure_loss, refit_exposures
+from quarc_ref.encoder.training.measurements import measure_loss, refit_exposures
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.straight_through import without_rounding
 from quarc_ref.encoder.training.trainable import from_splats

@@ -49,7 +49,7 @@ from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers, TrainingContext
 from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.first_frame import (
+from quarc_ref.encoder.training.measurements import (
     follow_exposures,
     measure_error,
     measure_loss,

@@ -18,7 +18,7 @@ from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.exposure import estimate_gain
-from quarc_ref.encoder.training.first_frame import render_views
+from quarc_ref.encoder.training.measurements import render_views
 
 _SQUARES_ACROSS = 20
 _MIN_SQUARE_SIDE = 4

@@ -13,8 +13,8 @@ from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.frames.placement import place_at_errors
 from quarc_ref.encoder.segments import slice_capture
-from quarc_ref.encoder.training.first_frame import measure_error
 from quarc_ref.encoder.training.fixed_scene import FixedScene
+from quarc_ref.encoder.training.measurements import measure_error
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.evaluation.views import measure_views

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from quarc_ref.encoder.training.first_frame import measure_error
+from quarc_ref.encoder.training.measurements import measure_error
 from quarc_ref.encoder.training.trainable import from_splats
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.rendering.pictures import render_picture

@@ -1,8 +1,9 @@
-"""Measures frame 0 for all later frames, and the exposures of each frame.
+"""Measures scenes in all training views: error, loss and exposures.
 
-Before frame 0 is coded, its error sets the translation step in the header. Exposures and reference
-loss are computed from decoded frames. They depend only on the stream and the pictures, so a
-resumed encode computes the same values.
+Before frame 0 is coded, its error sets the translation step in the header. The reference loss of
+later frames is the loss of decoded frame 0. Exposures and reference loss are computed from decoded
+frames. They depend only on the stream and the pictures, so a resumed encode computes the same
+values.
 """
 
 import math
