@@ -79,7 +79,12 @@ class Backdrop(Protocol):
 
 
 class Rasterizer(Protocol):
-    """Interface of a differentiable renderer."""
+    """Interface of a differentiable renderer.
+
+    Attributes:
+        name: Name of the installed package that renders; the metadata of a stream contains its
+            version.
+    """
 
     name: str
 
