@@ -113,7 +113,8 @@ def encode(
 class _Encoding:
     """An encode in progress.
 
-    Only the decoder's state and the list of frame sizes are passed from frame to frame.
+    Only the decoder's state, the list of frame sizes, and the exposures and reference loss of
+    frame 0 are passed from frame to frame.
 
     Args:
         capture: Multi-view video; held-out cameras are not read.

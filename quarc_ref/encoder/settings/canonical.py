@@ -131,9 +131,9 @@ class CanonicalSettings(Validated):
     )
     opacity_decay: UnitInterval = described(
         0.0,
-        "Fraction of its opacity that a Gaussian loses in each iteration that renders it, from "
-        "the first densification to the start of fine-tuning; 0: no decay (paper). 4C4D uses "
-        "0.001.",
+        "Fraction of its opacity that a Gaussian loses whenever training renders it in a view or "
+        "pseudo-view, from the first densification to the start of fine-tuning; 0: no decay "
+        "(paper). 4C4D uses 0.001.",
     )
     opacity_reg: NonNegativeFloat = described(
         0.0,

@@ -25,8 +25,8 @@ class MotionSettings(Validated):
 
     iterations: NonNegativeInt = described(
         100,
-        "Training iterations of the motion of a frame (paper: 100); 0: the initial residuals are "
-        "coded without training.",
+        "Training iterations of the motion and updates of a frame (paper: 100); 0: the initial "
+        "residuals of the motion are coded without training.",
     )
     lr: NonNegativeFloat = described(
         5e-4,
@@ -47,11 +47,12 @@ class MotionSettings(Validated):
     )
     lr_end_factor: UnitInterval = described(
         1.0,
-        "Learning rates of motion at the last iteration, relative to the first (cosine decay); 1: "
-        "no decay (paper).",
+        "Learning rates of motion and updates at the last iteration, relative to the first (cosine "
+        "decay); 1: no decay (paper).",
     )
     lambda_dssim: UnitInterval = described(
-        0.2, "Weight w of D-SSIM in the loss of motion and births; L1 has the weight 1 - w."
+        0.2,
+        "Weight w of D-SSIM in the loss of motion, updates and births; L1 has the weight 1 - w.",
     )
     rate_model: RateModel = described(
         "l1",
