@@ -57,20 +57,22 @@ def _carry_symbols(previous: FrameState, start: FrameState) -> NDArray[np.float6
     if previous.anchors is None:
         anchor_count = sum(level.owners.size for level in new_levels)
         return np.zeros((anchor_count, start.motion.shape[0]))
+    is_resampled = previous.scene.phase % previous.scene.header.resample_interval == 0
+    if not is_resampled:  # the anchors of both frames are the same (SPEC 7.4)
+        return np.concatenate(previous.symbols, axis=1).T.astype(np.float64)
     old_levels = zip(previous.anchors.levels, previous.symbols, strict=True)
     return np.concatenate(
         [
-            _carry_level_symbols(old_level, symbols, new_level)
+            _average_nearest_symbols(old_level, symbols, new_level)
             for (old_level, symbols), new_level in zip(old_levels, new_levels, strict=True)
         ]
     )
 
 
-def _carry_level_symbols(
+def _average_nearest_symbols(
     old_level: AnchorLevel, symbols: Int64, new_level: AnchorLevel
 ) -> NDArray[np.float64]:
-    if new_level is old_level:
-        return symbols.T.astype(np.float64)
+    """Return the `[a, c]` mean symbols of the old anchors nearest to each new anchor."""
     neighbor_count = min(_NEIGHBOR_COUNT, old_level.owners.size)
     _, nearest_indices = cKDTree(old_level.positions.T).query(
         new_level.positions.T, k=[*range(1, neighbor_count + 1)]
