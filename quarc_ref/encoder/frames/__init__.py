@@ -1,1 +1,1 @@
-"""Trains the frames between keyframes: motion, updates, births and rate control."""
+"""Trains the frames after frame 0: motion, updates, births and rate control."""

@@ -1,4 +1,4 @@
-"""Settings of canonical frames."""
+"""Settings of the training of frame 0, and of the keyframes after it."""
 
 import math
 from collections import Counter
@@ -19,7 +19,11 @@ from quarc_ref.format.described import described
 
 @dataclass(frozen=True, slots=True)
 class CanonicalSettings(Validated):
-    """Settings of frame 0 (3DGS training; paper section 3) and of later keyframes."""
+    """Settings of the training of frame 0 (3DGS; paper section 3), and of later keyframes.
+
+    Later keyframes are trained like all other later frames, by motion, updates and births. Only
+    `keyframe_interval` and the settings of snapshots apply to them.
+    """
 
     keyframe_interval: NonNegativeInt = described(
         0,
@@ -37,9 +41,7 @@ class CanonicalSettings(Validated):
         "unit is a translation step for positions and 2^-stream.rotation_bits for rotations. 0: "
         "nothing is undone.",
     )
-    iterations: PositiveInt = described(
-        15_000, "Training iterations of a canonical frame (paper: 15 000)."
-    )
+    iterations: PositiveInt = described(15_000, "Training iterations of frame 0 (paper: 15 000).")
     initial_gaussians: PositiveInt = described(
         1 << 20,
         "Maximum number of initial points to train from; if there are more, a random subset is "

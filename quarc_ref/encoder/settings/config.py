@@ -70,11 +70,11 @@ class EncoderConfig(Validated):
         stream: Header fields. The encoder replaces those in `FIXED_SETTINGS`, and steps that
             `steps` sets.
         steps: Quantization steps relative to the capture's resolution.
-        canonical: Settings of canonical frames.
-        motion: Settings of stage 1 (motion) of frames between keyframes.
+        canonical: Settings of the training of frame 0, and of keyframes.
+        motion: Settings of stage 1 (motion) of later frames.
         updates: Settings of updates of individual Gaussians in stage 1, used if
             `stream.updates` is set.
-        births: Settings of stage 2 (births) of frames between keyframes.
+        births: Settings of stage 2 (births) of later frames.
     """
 
     stream: StreamHeader = field(default_factory=StreamHeader)

@@ -1,4 +1,4 @@
-"""Settings of the frames between keyframes: motion, updates and births."""
+"""Settings of the frames after frame 0: motion, updates and births."""
 
 from dataclasses import dataclass
 from typing import Literal
@@ -144,7 +144,7 @@ class BirthSettings(Validated):
         0.1, "Initial opacity of a new Gaussian, as a logit (0: opacity 0.5)."
     )
     lr_factor: NonNegativeFloat = described(
-        15.0, "Learning rates of new Gaussians, relative to those of canonical frames."
+        15.0, "Initial learning rates of new Gaussians, relative to those of frame 0."
     )
     lr_end_factor: UnitInterval = described(
         1.0,

@@ -1,1 +1,1 @@
-"""Trains Gaussians: losses, views, density control and the canonical frame."""
+"""Trains Gaussians: losses, views, density control and frame 0."""

@@ -1,4 +1,4 @@
-"""Trains the canonical frame on frame 0: an ensemble of scenes, of which the last is written.
+"""Trains frame 0: an ensemble of scenes, of which the last is written.
 
 The other scenes of the ensemble are trained only until pseudo-views are first used, and only
 serve to render these views. An ensemble of one scene has no pseudo-views.

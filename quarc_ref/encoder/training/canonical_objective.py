@@ -1,4 +1,4 @@
-"""Weights, quantization steps and schedule for training a canonical frame."""
+"""Weights, quantization steps and schedule for the training of frame 0."""
 
 from dataclasses import dataclass
 
@@ -29,7 +29,7 @@ class Pruning:
 
 @dataclass(frozen=True, slots=True)
 class CanonicalObjective:
-    """Loss weights, quantization steps and schedule for training a canonical frame.
+    """Loss weights, quantization steps and schedule for the training of frame 0.
 
     Attributes:
         settings: Schedule, thresholds and weights.

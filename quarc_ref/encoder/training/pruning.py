@@ -1,4 +1,4 @@
-"""Prunes Gaussians of a canonical frame that contribute little to the pictures.
+"""Prunes Gaussians of frame 0 that contribute little to the pictures.
 
 With the other Gaussians fixed, a picture is linear in the opacity of one Gaussian. Removing a
 Gaussian of opacity o therefore changes a pixel by o times the derivative of the pixel with

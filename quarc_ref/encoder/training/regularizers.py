@@ -1,4 +1,4 @@
-"""Regularization and rate terms of the canonical frame's loss.
+"""Regularization and rate terms of the loss of frame 0.
 
 The opacity and scale penalty of 3DGS-MCMC suppresses haze: large faint Gaussians that fit the
 training views but are wrong in novel views. The rate term estimates the bits of a Gaussian's
