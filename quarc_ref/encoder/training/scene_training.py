@@ -13,6 +13,16 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
   training optimizes the values that are written. Halfway, codes are chosen that save bits at
   little distortion (`rdoq`).
 - During densification, some iterations may train on a pseudo-view besides their training view.
+
+Schedule of preset `main`; the scenes of the ensemble before the last one end at iteration 1500:
+
+    0 to 2299       pictures of half the width and height
+    0 to 3599       noise along the axes
+    100 to 3999     exposures
+    300 to 2600     densification, every 100 iterations; prunings at 675, 1350, 2025 and 2700
+    300 to 3599     opacity decay
+    1500 to 2699    pseudo-views
+    3600 to 3999    SH degree 1, and fine-tuning; choice of codes at 3800
 """
 
 import torch

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 
 import pytest
 
+from quarc_ref.encoder.settings.presets import choose_preset
+from quarc_ref.encoder.training import scene_training
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers
 from quarc_ref.encoder.training.regularizers import code_rate_nats
@@ -24,6 +26,36 @@ def test_the_rate_of_the_codes_has_twice_its_weight_in_the_iterations_that_use_i
         training.take_step()
 
     assert losses[1] == pytest.approx(losses[0] * (1 + 2 * 0.5 * 0.01 * nats), rel=1e-5)
+
+
+def test_the_docstring_states_the_schedule_of_main():
+    config = choose_preset("main")
+    settings, objective = config.canonical, CanonicalObjective(config.canonical, config.stream)
+    steps = range(settings.iterations)
+    tuned, pseudo = steps[settings.fine_tuning_start :], settings.pseudo_view_steps
+    densified = [step for step in steps if objective.should_densify(step)]
+    decayed = [step for step in steps if objective.should_decay_opacity(step)]
+    *prunings, last_pruning = (step for step in steps if objective.pruning_at(step, 100))
+    (choice,) = (step for step in steps if objective.should_choose_codes(step))
+    every = settings.densification_interval
+    prunings = f"prunings at {', '.join(map(str, prunings))} and {last_pruning}"
+    expected = [
+        (steps[: settings.half_resolution_until_iter], "pictures of half the width and height"),
+        (steps[: tuned[0]], "noise along the axes"),
+        (steps[settings.exposure_from_iter :], "exposures"),
+        (densified, f"densification, every {every} iterations; {prunings}"),
+        (decayed, "opacity decay"),
+        (pseudo, "pseudo-views"),
+        (tuned, f"SH degree 1, and fine-tuning; choice of codes at {choice}"),
+    ]
+
+    first_line, _, *lines = scene_training.__doc__.partition("Schedule of ")[2].splitlines()
+
+    assert first_line.endswith(f"one end at iteration {pseudo[0]}:")
+    assert [line.strip() for line in lines if line] == [
+        f"{f'{span[0]} to {span[-1]}':15} {text}" for span, text in expected
+    ]
+    assert settings.sh_from_iter == tuned[0]
 
 
 def _measure_noise(step, **settings):
