@@ -8,9 +8,9 @@ partial stream.
 from collections.abc import Iterator
 from dataclasses import replace
 
-from quarc_ref.datasets.capture import Capture, Image, Points
+from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.steps import propose_steps, replace_translation_step
+from quarc_ref.encoder.steps import MaskedPicture, propose_steps, replace_translation_step
 from quarc_ref.encoder.world_frame import set_world_frame
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
@@ -65,7 +65,8 @@ def copy_translation_step(config: EncoderConfig, header: StreamHeader) -> Encode
     return replace(config, stream=replace(config.stream, translation_step=header.translation_step))
 
 
-def _list_step_inputs(capture: Capture) -> tuple[list[Camera], Points, Iterator[Image]]:
-    """Return the training cameras, the initial points and the pictures of frame 0."""
+def _list_step_inputs(capture: Capture) -> tuple[list[Camera], Points, Iterator[MaskedPicture]]:
+    """Return the training cameras, the initial points, and the pictures and masks of frame 0."""
     cameras = [capture.cameras[index] for index in capture.training]
-    return cameras, capture.points, (capture.image(index, 0) for index in capture.training)
+    pictures = ((capture.image(index, 0), capture.mask(index, 0)) for index in capture.training)
+    return cameras, capture.points, pictures

@@ -16,9 +16,10 @@ from dataclasses import replace
 import numpy as np
 
 from quarc_ref.datasets.camera_geometry import camera_center, project_points
-from quarc_ref.datasets.capture import Image, Points
+from quarc_ref.datasets.capture import Image, Mask, Points
 from quarc_ref.encoder.settings.config import StepSettings
 from quarc_ref.encoder.training.straight_through import position_step, translation_step
+from quarc_ref.format.arrays import Int64
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import LATTICE_EXPONENT_LIMIT, POSITION_LIMIT
 from quarc_ref.format.errors import EncodeError
@@ -30,6 +31,10 @@ _RANGE_FACTOR = 4  # range of the lattice, relative to the reach of cameras and 
 _REACH_QUANTILE = 0.99
 _MIN_TRANSLATION_PIXELS, _MAX_TRANSLATION_PIXELS = 0.02, 1.0
 _WHITE = 255
+_BOX_SIZE = 9  # pixels
+_NEIGHBORS = (np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])
+
+MaskedPicture = tuple[Image, Mask | None]  # `[H, W, 3]` and `[H, W]`; None: all pixels are used
 
 
 def propose_steps(
@@ -37,7 +42,7 @@ def propose_steps(
     settings: StepSettings,
     cameras: Sequence[Camera],
     points: Points,
-    pictures: Iterable[Image],
+    pictures: Iterable[MaskedPicture],
 ) -> StreamHeader:
     """Return a header with a lattice and steps that suit a capture.
 
@@ -52,7 +57,7 @@ def propose_steps(
         settings: Position step in pixels, and translation step as a change of the pictures.
         cameras: The training cameras.
         points: Initial points.
-        pictures: Picture `[H, W, 3]` of each training camera at frame 0.
+        pictures: Picture of each training camera at frame 0.
 
     Raises:
         EncodeError: No initial point is visible in a training view, or the format does not support
@@ -98,7 +103,7 @@ def replace_translation_step(
     change: float,
     cameras: Sequence[Camera],
     points: Points,
-    pictures: Iterable[Image],
+    pictures: Iterable[MaskedPicture],
 ) -> StreamHeader:
     """Return a header with a translation step that causes a given change of the pictures.
 
@@ -109,7 +114,7 @@ def replace_translation_step(
         change: Root-mean-square change of the pictures, as a fraction of white.
         cameras: The training cameras.
         points: Initial points.
-        pictures: Picture `[H, W, 3]` of each training camera at frame 0.
+        pictures: Picture of each training camera at frame 0.
 
     Raises:
         EncodeError: No initial point is visible in a training view.
@@ -145,27 +150,36 @@ def measure_pixel_size(cameras: Sequence[Camera], points: Points) -> float:
     return float(np.median(widths))
 
 
-def measure_sharpness(pictures: Iterable[Image]) -> float:
+def measure_sharpness(pictures: Iterable[MaskedPicture]) -> float:
     """Measure the root-mean-square difference between neighboring pixels, as a fraction of white.
 
     The mean is taken over all pixels, all color channels and both axes, after a 3x3 box filter has
-    suppressed noise. Squares give edges more weight than a mean of magnitudes would, so that large
-    plain areas, such as a dark background, reduce the result less. All sums are integers, so the
-    result is the same on every machine.
+    suppressed noise. Differences that depend on masked pixels are not counted. Squares give edges
+    more weight than a mean of magnitudes would, so that large plain areas, such as a dark
+    background, reduce the result less. All sums are integers, so the result is the same on every
+    machine.
 
     Args:
-        pictures: Pictures `[H, W, 3]`; pictures with a side shorter than 4 pixels are
-            ignored.
+        pictures: Pictures; those with a side shorter than 4 pixels are ignored.
     """
     square_sum = difference_count = 0
-    for picture in pictures:
-        row_sums = picture[:-2].astype(np.int64) + picture[1:-1] + picture[2:]
-        box_sums = row_sums[:, :-2] + row_sums[:, 1:-1] + row_sums[:, 2:]
-        for axis in (0, 1):
-            differences = np.diff(box_sums, axis=axis)
+    for picture, mask in pictures:
+        box_sums = _sum_boxes(picture.astype(np.int64))
+        is_used = None if mask is None else _sum_boxes(mask.astype(np.int64)) == _BOX_SIZE
+        for first, second in _NEIGHBORS:
+            differences = box_sums[second] - box_sums[first]
+            if is_used is not None:
+                differences = differences[is_used[first] & is_used[second]]
             square_sum += int(np.square(differences).sum())
             difference_count += differences.size
-    return math.sqrt(square_sum / max(difference_count, 1)) / (9 * _WHITE)
+    return math.sqrt(square_sum / max(difference_count, 1)) / (_BOX_SIZE * _WHITE)
+
+
+def _sum_boxes(values: Int64) -> Int64:
+    """Return the sums of all squares of 3x3 pixels, whose centers are not at the edge."""
+    row_sums = values[:-2] + values[1:-1] + values[2:]
+    box_sums: Int64 = row_sums[:, :-2] + row_sums[:, 1:-1] + row_sums[:, 2:]
+    return box_sums
 
 
 def _translation_pixels(change: float, sharpness: float) -> float:

@@ -35,7 +35,11 @@ def _make_gradient_picture(slope: float, shape: tuple[int, int] = (40, 60)):
     return np.broadcast_to(row[None, :, None], (*shape, 3))
 
 
-_PICTURES = [_make_gradient_picture(2 / 255)]
+def _unmasked(*pictures):
+    return [(picture, None) for picture in pictures]
+
+
+_PICTURES = _unmasked(_make_gradient_picture(2 / 255))
 
 
 def _scale_scene(factor: float):
@@ -66,10 +70,21 @@ def test_sharpness_is_the_root_mean_square_change_from_pixel_to_pixel():
     changed_fraction = 38 * 57 / (38 * 57 + 37 * 58)
     sharpness = 2 / 255 * changed_fraction**0.5
 
-    assert measure_sharpness([_make_gradient_picture(2 / 255)]) == pytest.approx(sharpness)
+    assert measure_sharpness(_PICTURES) == pytest.approx(sharpness)
     assert measure_sharpness(
-        [_make_gradient_picture(2 / 255), _make_gradient_picture(0.0)]
+        [*_PICTURES, *_unmasked(_make_gradient_picture(0.0))]
     ) == pytest.approx(sharpness / 2**0.5)
+
+
+def test_masked_pixels_do_not_count_in_sharpness():
+    picture, mask = _make_gradient_picture(2 / 255).copy(), np.ones((40, 60), np.bool_)
+    picture[:, 30:] = np.random.default_rng(2).integers(0, 256, (40, 30, 3))
+    mask[:, 30:] = False
+
+    cropped = _unmasked(picture[:, :30])
+    assert measure_sharpness([(picture, mask)]) == measure_sharpness(cropped)
+    assert measure_sharpness([(picture, ~mask)]) > 10 * measure_sharpness(cropped)
+    assert measure_sharpness([(picture, np.zeros_like(mask))]) == 0
 
 
 def test_texture_of_the_background_hardly_changes_sharpness():
@@ -80,7 +95,9 @@ def test_texture_of_the_background_hardly_changes_sharpness():
     for picture in (plain, textured):
         picture[40:80, 40:80] = subject
 
-    assert measure_sharpness([textured]) == pytest.approx(measure_sharpness([plain]), rel=0.05)
+    assert measure_sharpness(_unmasked(textured)) == pytest.approx(
+        measure_sharpness(_unmasked(plain)), rel=0.05
+    )
 
 
 def test_noise_hardly_increases_sharpness():
@@ -90,7 +107,8 @@ def test_noise_hardly_increases_sharpness():
 
     unfiltered_sharpness = np.abs(np.diff(noisy.astype(int), axis=0)).mean() / 255
     assert (
-        measure_sharpness([noisy]) - measure_sharpness([_make_gradient_picture(4 / 255)])
+        measure_sharpness(_unmasked(noisy))
+        - measure_sharpness(_unmasked(_make_gradient_picture(4 / 255)))
         < unfiltered_sharpness / 5
     )
 
@@ -108,8 +126,8 @@ def test_steps_match_the_requested_pixels_and_change_of_pictures():
 
 def test_a_step_is_at_most_a_pixel_even_without_texture():
     for pictures_without_texture in (
-        [_make_gradient_picture(0.0)],
-        [_make_gradient_picture(0.5, (3, 3))],
+        _unmasked(_make_gradient_picture(0.0)),
+        _unmasked(_make_gradient_picture(0.5, (3, 3))),
         [],
     ):
         header = propose_steps(
@@ -202,7 +220,7 @@ def test_the_stream_of_an_encode_has_the_steps_of_its_training_views():
 
     adapted = adapt_steps_to_capture(EncoderConfig(steps=_SETTINGS), capture)
 
-    pictures = [capture.image(index, 0) for index in capture.training]
+    pictures = _unmasked(*(capture.image(index, 0) for index in capture.training))
     proposed = propose_steps(StreamHeader(), _SETTINGS, training, capture.points, pictures)
     assert adapted.stream == proposed != StreamHeader()
 
@@ -223,7 +241,8 @@ _ERROR_SETTINGS = replace(_SETTINGS, translation_error=0.25)
 def test_the_error_of_frame_0_sets_the_translation_step():
     capture = make_capture()
     config = adapt_steps_to_capture(EncoderConfig(steps=_ERROR_SETTINGS), capture)
-    sharpness = measure_sharpness(capture.image(index, 0) for index in capture.training)
+    pictures = _unmasked(*(capture.image(index, 0) for index in capture.training))
+    sharpness = measure_sharpness(pictures)
     pixel = measure_pixel_size([capture.cameras[i] for i in capture.training], capture.points)
 
     for error in (0.01, 0.04):
@@ -243,7 +262,7 @@ def test_the_error_of_frame_0_sets_the_translation_step():
 )
 def test_the_translation_step_is_from_a_fiftieth_of_a_pixel_to_a_pixel(slope, change, pixels):
     header = _propose(settings=_ERROR_SETTINGS)
-    pictures = [_make_gradient_picture(slope)]
+    pictures = _unmasked(_make_gradient_picture(slope))
 
     replaced = replace_translation_step(header, change, *_CAMERAS_AND_POINTS, pictures)
 
@@ -270,7 +289,7 @@ def test_plain_areas_do_not_change_the_step_for_an_error():
     header = _propose(settings=_ERROR_SETTINGS)
 
     steps = [
-        replace_translation_step(header, change, *_CAMERAS_AND_POINTS, [any_picture])
+        replace_translation_step(header, change, *_CAMERAS_AND_POINTS, _unmasked(any_picture))
         for any_picture, change in ((picture, 0.01), (padded_picture, 0.005))
     ]
 

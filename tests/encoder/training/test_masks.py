@@ -9,6 +9,7 @@ import torch
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.monitoring.monitor import TrainingStep
+from quarc_ref.encoder.settings.config import StepSettings
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.streams import decode
@@ -26,9 +27,10 @@ def _encode(capture, config=SMALL):
 
 FULL_CONFIG = replace(
     SMALL,
+    steps=StepSettings(position_pixels=0.2, translation_change=0.004, translation_error=0.25),
     canonical=replace(SMALL.canonical, exposure_lr=0.2, exposure_from_iter=10, prune_rd_lambda=0.2),
     births=replace(SMALL.births, placement="errors", error_threshold=0.02, rd_selection=True),
-)  # enables all parts of training that use pictures
+)  # enables all parts of the encoder that use pictures
 
 
 @pytest.fixture(scope="module")
