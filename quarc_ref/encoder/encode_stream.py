@@ -184,6 +184,8 @@ class _Encoding:
         first_chunk = wire.parse_canonical(partial_stream.frames[0].payload)
         self._open(sink, first_chunk.gaussian_count, partial_stream)
         for chunk in partial_stream.frames:
+            if chunk is partial_stream.frames[-1] and self.next_frame > 0:
+                self._follow_exposures(self.next_frame)  # the next frame needs its gains
             state = self._loop.replay(chunk)
             if self.next_frame == 0:
                 self._prepare_inter_frames(state)

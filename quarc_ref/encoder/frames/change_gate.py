@@ -41,13 +41,11 @@ def compute_gate_weights(
         gaussians.means.requires_grad_()
         rendering = context.render(gaussians.activated(), view)
         loss, previous_loss = (
-            (
-                context.apply_mask(rendering.image, view, compared_frame)
-                - context.truth(view, compared_frame)
+            (context.apply_mask(rendering.image, view, compared_frame) - truth).abs().mean()
+            for compared_frame, truth in (
+                (frame, context.truth(view, frame)),
+                (frame - 1, context.previous_truth(view, frame)),
             )
-            .abs()
-            .mean()
-            for compared_frame in (frame, frame - 1)
         )
         loss_difference = loss - previous_loss
         (gradient,) = torch.autograd.grad(loss_difference, rendering.means2d)

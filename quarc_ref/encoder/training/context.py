@@ -118,6 +118,10 @@ class TrainingContext:
         """Return the exposure-corrected `TrainingViews.picture` `[H, W, 3]` of a view."""
         return self.exposures.correct(self.views.picture(view, frame), view)
 
+    def previous_truth(self, view: int, frame: int) -> Tensor:
+        """Return `truth` of the frame before a frame, with the exposure of that frame before."""
+        return self.views.picture(view, frame - 1) / self.exposures.previous_gains[view]
+
     def apply_mask(self, image: Tensor, view: int, frame: int) -> Tensor:
         """Set the masked pixels of a rendered view `[H, W, 3]` to black.
 

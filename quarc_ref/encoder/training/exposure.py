@@ -35,11 +35,12 @@ class Exposures:
 
     Attributes:
         gains: `[V, 3]` gains of red, green and blue.
+        previous_gains: `[V, 3]` gains before the last call of `follow`: those of the frame before.
     """
 
     def __init__(self, view_count: int, device: torch.device) -> None:
         self.gains = torch.ones((view_count, 3), device=device)
-        self._first_gains = self.gains
+        self.previous_gains = self._first_gains = self.gains
         self._corrected_pictures = WeakTensorKeyDictionary()
 
     def correct(self, picture: Tensor, view: int) -> Tensor:
@@ -78,7 +79,7 @@ class Exposures:
         """
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
-        self.gains = self._first_gains = self.gains.nan_to_num(1)
+        self.gains = self.previous_gains = self._first_gains = self.gains.nan_to_num(1)
 
     def follow(self, pairs: Iterable[tuple[Tensor, Tensor]]) -> None:
         """Change the gains of `estimate_all` to those of a later frame.
@@ -90,6 +91,7 @@ class Exposures:
             pairs: For each view, rendering of the previous frame, and picture, `[H, W, 3]` or
                 `[P, 3]`.
         """
+        self.previous_gains = self.gains
         self.gains = torch.stack([estimate_median_gain(*pair) for pair in pairs])
         self._normalize_gains()
         changes = torch.log(self.gains / self._first_gains).nan_to_num(0)

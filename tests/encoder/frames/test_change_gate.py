@@ -23,7 +23,21 @@ def test_the_gate_opens_only_where_the_picture_changes():
 def test_between_equal_pictures_the_gate_stays_closed(monkeypatch):
     context = make_context()
     picture = context.truth(0, 0)
-    monkeypatch.setattr(type(context), "truth", lambda *_: picture)
+    for name in ("truth", "previous_truth"):
+        monkeypatch.setattr(type(context), name, lambda *_: picture)
+    attributes = from_splats(make_splats(0), torch.device("cpu"))
+
+    assert not compute_gate_weights(context, attributes, frame=1, view_count=3).any()
+
+
+def test_a_change_of_exposure_alone_does_not_open_the_gate():
+    context = make_context()
+    pictures = [context.views.picture(view, 0) for view in range(3)]
+    gains = torch.tensor([1.0, 1.0, 0.5])  # dividing by these is exact
+    for view, picture in enumerate(pictures):
+        context.views._pictures[view, 1] = picture * gains[view]
+    context.exposures.follow(zip(pictures, pictures, strict=True))  # as in frame 1
+    context.exposures.gains = gains[:, None].repeat(1, 3)
     attributes = from_splats(make_splats(0), torch.device("cpu"))
 
     assert not compute_gate_weights(context, attributes, frame=1, view_count=3).any()

@@ -1,5 +1,6 @@
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from quarc_ref.encoder import EncodeOptions, encode_stream
@@ -79,6 +80,34 @@ def test_a_file_that_is_followed_does_not_become_shorter(
         sizes.clear()
         assert _resume(path, complete_stream[:end]) == complete_stream
         assert [end, *sizes] == sorted([end, *sizes])
+
+
+class _DarkeningSource:
+    """A picture source whose last camera takes darker pictures from frame to frame."""
+
+    def __init__(self, capture):
+        self._capture = capture
+
+    def read(self, camera, frame):
+        picture = self._capture.image(camera, frame)
+        return np.round(picture * (1 - 0.1 * frame if camera == 3 else 1)).astype(np.uint8)
+
+
+def test_the_change_gate_is_the_same_after_resuming_when_exposures_change(tmp_path):
+    births = replace(SMALL.births, max_births=3, split_iters=())  # placed by the gate
+    canonical = replace(CONFIG.canonical, keyframe_interval=0)
+    config = replace(CONFIG, births=births, canonical=canonical, target_kb_per_frame=0.0)
+    options = replace(_OPTIONS, config=config, frames=4)
+    capture = make_capture(4)
+    capture._source = _DarkeningSource(make_capture(4))
+    path = tmp_path / "a.quarc"
+    encode_file(capture, path, options)
+    whole = path.read_bytes()
+
+    path.write_bytes(whole[: _chunk_ends(whole)[5]])  # frames 0 to 2
+    encode_file(capture, path, options)
+
+    assert path.read_bytes() == whole
 
 
 @pytest.mark.parametrize("share", [0, 0.3, 0.999])
