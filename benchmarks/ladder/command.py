@@ -14,7 +14,6 @@ from ladder.rows import Ladder, Task, list_tasks
 from ladder.rungs import RUNGS
 from ladder.tables import format_rows
 from options import add_set_option, parse_count, parse_positive
-from paper.unquantized import open_training_context
 from quarc_ref.cli.encoder_options import make_config
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import TooFewFramesError
@@ -23,9 +22,9 @@ from quarc_ref.decoder.engine import REFERENCE
 from quarc_ref.decoder.engines import use_engine
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode
-from quarc_ref.encoder.progress import NullProgress
 from quarc_ref.encoder.settings.config import EncoderConfig
 from quarc_ref.encoder.settings.presets import PRESETS, list_settings
+from quarc_ref.encoder.training.context import make_context
 from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.inspection.inspect_stream import inspect_stream
@@ -75,7 +74,7 @@ def _compute_table(
     start: StartFrame, tasks: list[Task], config: EncoderConfig, folder: Path
 ) -> str:
     """Compute the missing rows; write the table of all rows, and return it."""
-    context = open_training_context(start.capture, "cpu", config.seed, NullProgress())
+    context = make_context(start.capture, "cpu", config.seed)
     start.ladder.compute_missing(tasks, context)
     rows = [row for task in tasks if (row := start.ladder.load_task_row(task)) is not None]
     rows.sort(key=lambda row: (row["ahead"], row["iterations"]))

@@ -16,13 +16,14 @@ from canonical_cache import CanonicalCache
 from paper.float_bytes import summarize_floats
 from paper.quality import MOVING_VARIANT, Quality, fit_slope, measure_quality
 from paper.trials import Trial
-from paper.unquantized import encode_unquantized, open_training_context
+from paper.unquantized import encode_unquantized
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.decoder import Splats, dequantize
 from quarc_ref.encoder import EncodeOptions, encode
 from quarc_ref.encoder.settings.presets import list_settings
 from quarc_ref.encoder.stage_timer import StageTimer
+from quarc_ref.encoder.training.context import Observers, make_context
 from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import PSNR_VARIANT, SSIM_VARIANT
@@ -127,7 +128,7 @@ def _measure_stream(task: Task, capture: Capture, lpips: Lpips | None, timer: St
 def _measure_floats(task: Task, capture: Capture, lpips: Lpips | None, timer: StageTimer) -> Row:
     frames: list[FrameSummary] = []
     canonical_cache = task.make_canonical_cache(capture.fingerprint)
-    context = open_training_context(capture, task.device, task.trial.config.seed, timer)
+    context = make_context(capture, task.device, task.trial.config.seed, Observers(timer))
 
     def encode_frames() -> Iterator[tuple[int, Splats]]:
         float_frames = encode_unquantized(

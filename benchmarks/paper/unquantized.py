@@ -34,22 +34,18 @@ from quarc_ref.encoder.frames.births import fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.frames.surrogate import deform
-from quarc_ref.encoder.progress import Progress
 from quarc_ref.encoder.settings.config import make_header
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
-from quarc_ref.encoder.training.context import Observers, TrainingContext
-from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.measurements import measure_loss, refit_exposures
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.straight_through import without_rounding
 from quarc_ref.encoder.training.trainable import from_splats
-from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.coding.contexts import ContextCounts
 from quarc_ref.format.coding.gaussian_planes import sort_canonical, write_births
 from quarc_ref.format.constants import POSITION_LIMIT, ROTATION_BITS_LIMIT, ROTATION_ONE
 from quarc_ref.format.records import Births, StreamHeader
-from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _LATTICE_DOUBLINGS = 6
 _STEP_DIVISOR = 16
@@ -82,7 +78,7 @@ def encode_unquantized(
         capture: Capture to encode; its held-out cameras are not used.
         trial: Settings, and the parts that stay in floats.
         frames: Number of frames.
-        context: Context from `open_training_context`.
+        context: Training context of the capture.
         train: Function that trains the canonical frame.
     """
     config = adapt_steps_to_capture(trial.config, capture)
@@ -187,24 +183,6 @@ def _rebind(frame_start: State) -> State:
     anchors, positions = frame_start.required_anchors, frame_start.scene.positions.T
     binding = [cKDTree(level.positions.T).query(positions)[1] for level in anchors.levels]
     return replace(frame_start, anchors=Anchors(anchors.levels, np.stack(binding)))
-
-
-def open_training_context(
-    capture: Capture, device_name: str, seed: int, progress: Progress
-) -> TrainingContext:
-    """Return the training context of a capture.
-
-    Args:
-        capture: Capture; the context has no access to its held-out cameras.
-        device_name: Name of the device, as `choose_device` accepts it.
-        seed: Seed of all random numbers.
-        progress: Object to which progress is reported after every iteration.
-    """
-    device = choose_device(device_name)
-    views = TrainingViews(capture, device)
-    exposures = Exposures(len(views.cameras), device)
-    rasterizer = choose_rasterizer(device)
-    return TrainingContext(views, rasterizer, seed, exposures, Observers(progress))
 
 
 def _make_canonical_state(

@@ -47,8 +47,7 @@ from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians, ma
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
-from quarc_ref.encoder.training.context import Observers, TrainingContext
-from quarc_ref.encoder.training.exposure import Exposures
+from quarc_ref.encoder.training.context import Observers, make_context
 from quarc_ref.encoder.training.measurements import (
     follow_exposures,
     measure_error,
@@ -57,11 +56,9 @@ from quarc_ref.encoder.training.measurements import (
 )
 from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_gaussians
 from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
-from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.files import sync_file
 from quarc_ref.format import container, wire
 from quarc_ref.format.records import OPACITY, Births
-from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _KIND_NAMES = {container.CANO: "canonical", container.SNAP: "snapshot", container.FRAM: "moved"}
 
@@ -129,7 +126,8 @@ class _Encoding:
         self.frame_count = capture.require_frames(options.frames)
         self.next_frame = 0
         self._capture = capture
-        self._context = _make_context(capture, options)
+        observers = Observers(options.progress, options.monitor)
+        self._context = make_context(capture, options.device, options.config.seed, observers)
         self._report = options.report
         config = limit_gaussians(options.config, len(capture.training))
         self._config = adapt_steps_to_capture(config, capture)
@@ -312,12 +310,3 @@ def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) 
     logits = state.scene.codes[OPACITY.start] * header.opacity_step
     faint_count = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
     return min(max(0, state.scene.count - target_count), faint_count)
-
-
-def _make_context(capture: Capture, options: EncodeOptions) -> TrainingContext:
-    device = choose_device(options.device)
-    views = TrainingViews(capture, device)
-    rasterizer = choose_rasterizer(device)
-    exposures = Exposures(len(views.cameras), device)
-    observers = Observers(options.progress, options.monitor)
-    return TrainingContext(views, rasterizer, options.config.seed, exposures, observers)

@@ -13,11 +13,8 @@ from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians
-from quarc_ref.encoder.training.context import TrainingContext
-from quarc_ref.encoder.training.exposure import Exposures
-from quarc_ref.encoder.training.views import TrainingViews
+from quarc_ref.encoder.training.context import make_context
 from quarc_ref.format import container
-from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 
 _FLOAT_BYTES = 4
 # arrays per training picture: original, corrected exposure, and two moments of SSIM
@@ -98,7 +95,9 @@ def _forecast_seconds(
 ) -> tuple[float, float]:
     """Time a few training steps; return the seconds for frame 0 and for each later frame."""
     canonical = config.canonical
-    contexts = [_make_context(capture, config, device, downscale) for downscale in (1, 2)]
+    contexts = [
+        make_context(capture, device, config.seed, downscale=downscale) for downscale in (1, 2)
+    ]
     full_step_seconds, half_step_seconds = (
         estimate_step_seconds(context, capture.points, config) for context in contexts
     )
@@ -152,17 +151,4 @@ def _count_picture_bytes(capture: Capture) -> int:
         training_picture_bytes
         + len(cameras) * _DECODER_BYTES
         + pixel_count * _DECODER_PICTURES * _PIXEL_BYTES
-    )
-
-
-def _make_context(
-    capture: Capture, config: EncoderConfig, device: str, downscale: int
-) -> TrainingContext:
-    torch_device = choose_device(device)
-    views = TrainingViews(capture, torch_device, downscale)
-    return TrainingContext(
-        views,
-        choose_rasterizer(torch_device),
-        config.seed,
-        Exposures(len(views.cameras), torch_device),
     )

@@ -12,13 +12,12 @@ from paper.trials import Trial
 from paper.unquantized import (
     encode_unquantized,
     move_without_rounding,
-    open_training_context,
     refine_header,
 )
 from quarc_ref.decoder.canonical import begin_canonical
 from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import begin_frame, move
-from quarc_ref.encoder.progress import NullProgress
+from quarc_ref.encoder.training.context import make_context
 from quarc_ref.encoder.training.quantize import quantize_gaussians
 from quarc_ref.encoder.training.straight_through import translation_step
 from quarc_ref.encoder.training.trainable import from_splats
@@ -33,7 +32,7 @@ _REFINEMENT = 16
 
 def _encode_floats(config, floats, frames=3, **trial_options):
     trial, capture = Trial("toy", "toy", config, floats, **trial_options), make_capture()
-    context = open_training_context(capture, "cpu", config.seed, NullProgress())
+    context = make_context(capture, "cpu", config.seed)
     return list(encode_unquantized(capture, trial, frames, context))
 
 

@@ -10,12 +10,14 @@ from dataclasses import dataclass, field, replace
 import torch
 from torch import Tensor
 
+from quarc_ref.datasets.capture import Capture
 from quarc_ref.encoder.monitoring.monitor import Monitor, NullMonitor, TrainingStep
 from quarc_ref.encoder.progress import NullProgress, Progress
 from quarc_ref.encoder.training.exposure import Exposures
 from quarc_ref.encoder.training.losses import photometric_loss
 from quarc_ref.encoder.training.views import TrainingViews
 from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.backends import choose_device, choose_rasterizer
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rasterizer, Rendering
 
 _MAX_EXPOSURE_PIXELS = 10_000  # about; the sorting of more would take long
@@ -173,3 +175,29 @@ class TrainingContext:
         key = f"{self.seed}/{frame}/{purpose}".encode()
         seed = int.from_bytes(hashlib.sha256(key).digest()[:8], "little") >> 1
         return torch.Generator().manual_seed(seed)
+
+
+def make_context(
+    capture: Capture,
+    device_name: str,
+    seed: int,
+    observers: Observers = Observers(),
+    downscale: int = 1,
+) -> TrainingContext:
+    """Return the context for training on a capture.
+
+    Args:
+        capture: Capture; its held-out cameras are not used.
+        device_name: Name of the device, as in `choose_device`.
+        seed: Seed of all random numbers.
+        observers: Callbacks that report the progress of training.
+        downscale: Factor by which width and height of the pictures are reduced.
+
+    Raises:
+        DownscaleError: The downscaled pictures would have no pixels.
+        RuntimeError: There is no rasterizer for the device.
+    """
+    device = choose_device(device_name)
+    views = TrainingViews(capture, device, downscale)
+    exposures = Exposures(len(views.cameras), device)
+    return TrainingContext(views, choose_rasterizer(device), seed, exposures, observers)
