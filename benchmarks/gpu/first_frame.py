@@ -45,5 +45,5 @@ def _measure_psnr(sizes: Sizes, capture: Capture, scene: Scene) -> float:
         with torch.no_grad():
             image = rasterizer.render(gaussians, camera, background).image
         picture = torch.from_numpy(capture.image(index, 0).copy()).to(device) / 255
-        views += measure_views([camera.name], [(image, picture)])
+        views += measure_views([camera.name], [(image, picture)], [None])
     return mean(view.psnr for view in views)

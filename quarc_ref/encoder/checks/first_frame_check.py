@@ -3,7 +3,7 @@
 Training optimizes the training views, so a scene that looks bad in them looks bad in all views.
 The PSNR of each view is compared with the PSNR of its coarse picture, in which squares of 1/20
 of the width are replaced by their mean colors. A view whose PSNR is lower than that of its
-coarse picture shows no detail.
+coarse picture shows no detail. Masked and transparent pixels are not measured.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -59,25 +59,25 @@ def check_first_frame(
     """
     yield from judge_dropped(trained_count, state.scene.count)
     names = [camera.name for camera in context.views.cameras]
-    yield from judge_views(measure_views(names, render_views(context, state)))
+    weights = (_mask_used_pixels(context, view, state.scene.frame) for view in range(len(names)))
+    yield from judge_views(measure_views(names, render_views(context, state), weights))
 
 
 def measure_views(
-    names: Iterable[str], pairs: Iterable[tuple[Tensor, Tensor]]
+    names: Iterable[str], pairs: Iterable[tuple[Tensor, Tensor]], weights: Iterable[Tensor | None]
 ) -> list[ViewQuality]:
     """Measure the quality of training views.
 
     Args:
         names: Camera name of each view.
         pairs: Rendering and picture of each view, `[H, W, 3]` from 0 to 1.
+        weights: `[H, W, 1]` weight of each pixel of each view: 1 for pixels that are measured, 0
+            for others; None to measure all. Views in which no pixel is measured are left out.
     """
     return [
-        ViewQuality(
-            name,
-            _measure_psnr((image * estimate_gain(image, picture)).clamp(0, 1), picture),
-            _measure_psnr(_average_squares(picture), picture),
-        )
-        for name, (image, picture) in zip(names, pairs, strict=True)
+        _measure_view(name, *pair, torch.ones_like(pair[0][..., :1]) if used is None else used)
+        for name, pair, used in zip(names, pairs, weights, strict=True)
+        if used is None or used.any()
     ]
 
 
@@ -95,6 +95,8 @@ def judge_dropped(trained_count: int, coded_count: int) -> Iterator[Finding]:
 
 def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
     """Yield findings about views with low quality."""
+    if not views:
+        return
     median_detail = median(view.detail_db for view in views)
     if median_detail < 0:
         message = (
@@ -117,15 +119,35 @@ def judge_views(views: Sequence[ViewQuality]) -> Iterator[Finding]:
         yield Finding("first-frame-misses-cameras", message, low_view_names)
 
 
-def _average_squares(picture: Tensor) -> Tensor:
-    """Return the coarse picture `[H, W, 3]`, in which each square has its mean color."""
+def _mask_used_pixels(context: TrainingContext, view: int, frame: int) -> Tensor | None:
+    """Return the weights of `measure_views`: masked and transparent pixels have none."""
+    alpha = context.views.alpha(view, frame)
+    return context.views.mask(view, frame) if alpha is None else (alpha > 0).to(alpha.dtype)
+
+
+def _measure_view(name: str, image: Tensor, picture: Tensor, weights: Tensor) -> ViewQuality:
+    image, picture = image * weights, picture * weights
+    corrected_image = (image * estimate_gain(image, picture)).clamp(0, 1)
+    share = weights.mean()
+    return ViewQuality(
+        name,
+        _measure_psnr(corrected_image, picture, share),
+        _measure_psnr(_average_squares(picture, weights), picture, share),
+    )
+
+
+def _average_squares(picture: Tensor, weights: Tensor) -> Tensor:
+    """Return the coarse picture `[H, W, 3]`: each square has the mean color of its used pixels."""
     side = max(_MIN_SQUARE_SIDE, round(picture.shape[1] / _SQUARES_ACROSS))
-    planes = picture.permute(2, 0, 1)[None]
+    planes = torch.cat([picture, weights], dim=2).permute(2, 0, 1)[None]
     means = functional.avg_pool2d(planes, side, ceil_mode=True, count_include_pad=False)
     squares = means.repeat_interleave(side, 2).repeat_interleave(side, 3)
-    return squares[0].permute(1, 2, 0)[: picture.shape[0], : picture.shape[1]]
+    coarse = squares[0].permute(1, 2, 0)[: picture.shape[0], : picture.shape[1]]
+    used_shares = coarse[..., 3:].clamp(min=torch.finfo(coarse.dtype).tiny)
+    return coarse[..., :3] / used_shares * weights
 
 
-def _measure_psnr(image: Tensor, picture: Tensor) -> float:
-    mean_squared_error = (image - picture).square().mean().clamp(min=_MIN_SQUARED_ERROR)
-    return float(-10 * torch.log10(mean_squared_error))
+def _measure_psnr(image: Tensor, picture: Tensor, share: Tensor) -> float:
+    """Return the PSNR over a share of the pixels; all others are black in both pictures."""
+    mean_squared_error = (image - picture).square().mean() / share
+    return float(-10 * torch.log10(mean_squared_error.clamp(min=_MIN_SQUARED_ERROR)))

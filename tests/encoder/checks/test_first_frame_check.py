@@ -53,7 +53,7 @@ def test_a_difficult_picture_is_not_blamed_on_its_camera():
 
 def test_exposure_is_ignored():
     picture = torch.rand(30, 40, 3, generator=torch.Generator().manual_seed(0))
-    (view,) = measure_views(["a"], [(picture * 0.8, picture)])
+    (view,) = measure_views(["a"], [(picture * 0.8, picture)], [None])
 
     assert view.psnr > 60
 
@@ -61,8 +61,8 @@ def test_exposure_is_ignored():
 def test_a_picture_of_squares_equals_its_coarse_picture():
     squares = torch.rand(6, 20, 3, generator=torch.Generator().manual_seed(0))
     picture = squares.repeat_interleave(6, 0).repeat_interleave(6, 1)
-    (flat,) = measure_views(["a"], [(picture, picture)])
-    (cut,) = measure_views(["a"], [(picture[:35, :119], picture[:35, :119])])
+    (flat,) = measure_views(["a"], [(picture, picture)], [None])
+    (cut,) = measure_views(["a"], [(picture[:35, :119], picture[:35, :119])], [None])
 
     assert flat.coarse_psnr == cut.coarse_psnr == pytest.approx(100)
 
@@ -70,9 +70,32 @@ def test_a_picture_of_squares_equals_its_coarse_picture():
 def test_squares_do_not_reveal_stripes():
     picture = torch.zeros(30, 40, 3)
     picture[:, ::2] = 1.0
-    (view,) = measure_views(["a"], [(torch.zeros_like(picture), picture)])
+    (view,) = measure_views(["a"], [(torch.zeros_like(picture), picture)], [None])
 
     assert view.coarse_psnr == pytest.approx(-10 * math.log10(0.25), abs=1e-3)
+
+
+def test_only_the_weighted_pixels_are_measured():
+    picture = torch.rand(36, 120, 3, generator=torch.Generator().manual_seed(0))
+    image, weights = picture.roll(1, 0), torch.zeros(36, 120, 1)
+    weights[:18, :60] = 1
+    part = (image[:18, :60], picture[:18, :60].contiguous())
+    hidden = (torch.where(weights > 0, image, 0.7), torch.where(weights > 0, picture, 0.2))
+
+    (expected,) = measure_views(["a"], [part], [None])
+    measured, *rest = measure_views("ab", [hidden, hidden], [weights, torch.zeros(36, 120, 1)])
+
+    assert rest == []
+    assert measured.psnr == pytest.approx(expected.psnr, abs=1e-3)
+    assert measured.coarse_psnr > 0
+
+
+def test_a_mask_does_not_make_the_coarse_picture_worse():
+    picture, weights = torch.full((30, 40, 3), 0.8), torch.ones(30, 40, 1)
+    weights[::3, ::2] = 0
+    (view,) = measure_views(["a"], [(0 * picture, picture)], [weights])
+
+    assert view.coarse_psnr == pytest.approx(100)
 
 
 @pytest.mark.parametrize(("coded_count", "is_reported"), [(1000, False), (990, False), (980, True)])
