@@ -140,9 +140,9 @@ namespace Quarc
     }
 
     /// <summary>A camera of the capture (SPEC 5.6).</summary>
-    public sealed class Camera
+    public sealed class CaptureCamera
     {
-        internal Camera(NativeCamera camera)
+        internal CaptureCamera(NativeCamera camera)
         {
             Name = camera.Name.ToString();
             IsHeldOut = camera.HeldOut != 0;

@@ -31,17 +31,17 @@ namespace Quarc
             readsParts = start > 0 && stream.CanSeek;
             if (readsParts)
             {
-                Decoder = Decoder.OpenParts(start);
+                Decoder = StreamDecoder.OpenParts(start);
                 Decoder.SetLength((ulong)stream.Length);
             }
             else
             {
-                Decoder = start > 0 ? Decoder.OpenAt(start) : Decoder.Open();
+                Decoder = start > 0 ? StreamDecoder.OpenAt(start) : StreamDecoder.Open();
             }
         }
 
         /// <summary>The decoder, which holds the current frame.</summary>
-        public Decoder Decoder { get; }
+        public StreamDecoder Decoder { get; }
 
         /// <summary>Decodes the next frame; returns false at the end of the stream.</summary>
         /// <exception cref="StreamException">

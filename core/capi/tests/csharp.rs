@@ -22,7 +22,7 @@ fn build(source: &str) -> Option<PathBuf> {
     let made = Path::new(env!("CARGO_TARGET_TMPDIR")).join("csharp");
     fs::create_dir_all(&made).expect("a folder");
     let program = made.join(Path::new(source).file_name().expect("a name")).with_extension("exe");
-    let library = ["Native.cs", "Decoder.cs", "Contents.cs", "FrameReader.cs"];
+    let library = ["Native.cs", "StreamDecoder.cs", "Contents.cs", "FrameReader.cs"];
     let built = run(Command::new("mcs")
         .args(["-langversion:7.2", "-warn:4", "-warnaserror", "-r:System.Core"])
         .arg(folder.join(source))

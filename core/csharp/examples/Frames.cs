@@ -44,7 +44,7 @@ internal static class Frames
         {
             while (reader.Read())
             {
-                Decoder decoder = reader.Decoder;
+                StreamDecoder decoder = reader.Decoder;
                 Console.WriteLine(decoder.Frame + " " + decoder.Count + " " + decoder.GetDigest());
             }
         }

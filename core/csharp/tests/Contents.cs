@@ -12,7 +12,7 @@ internal static class Contents
     private static void Main(string[] arguments)
     {
         byte[] bytes = File.ReadAllBytes(arguments[0]);
-        Console.WriteLine(Decoder.LibraryVersion);
+        Console.WriteLine(StreamDecoder.LibraryVersion);
         PrintFrames(bytes);
         PrintIndex(bytes);
         PrintGaps(bytes);
@@ -23,7 +23,7 @@ internal static class Contents
     {
         using (var reader = new FrameReader(new MemoryStream(bytes)))
         {
-            Decoder decoder = reader.Decoder;
+            StreamDecoder decoder = reader.Decoder;
             for (bool isFirst = true; reader.Read(); isFirst = false)
             {
                 if (isFirst)
@@ -39,13 +39,13 @@ internal static class Contents
         }
     }
 
-    private static void PrintHead(Decoder decoder)
+    private static void PrintHead(StreamDecoder decoder)
     {
         Head head = decoder.GetHead();
         Console.WriteLine(
             $"{head.FramesPerSecond == 30} {head.Level} {head.ShDegree} {head.IsRightHanded} "
             + $"{head.UpAxis} {Sum(head.MetersPerUnit)}");
-        foreach (Camera camera in decoder.GetCameras())
+        foreach (CaptureCamera camera in decoder.GetCameras())
         {
             Console.WriteLine(
                 $"{camera.Name} {camera.IsHeldOut} {camera.Width} {camera.Height} "
@@ -58,7 +58,7 @@ internal static class Contents
 
     private static void PrintIndex(byte[] bytes)
     {
-        using (Decoder decoder = Decoder.OpenParts(0))
+        using (StreamDecoder decoder = StreamDecoder.OpenParts(0))
         {
             uint frameCount;
             uint[] canonicalFrames;
@@ -76,7 +76,7 @@ internal static class Contents
     {
         var damaged = (byte[])bytes.Clone();
         damaged[bytes.Length / 2] ^= 1;
-        using (Decoder decoder = Decoder.OpenRecovery())
+        using (StreamDecoder decoder = StreamDecoder.OpenRecovery())
         {
             decoder.Push(damaged, 0, 100);
             decoder.Push(damaged, 100, damaged.Length - 100);
@@ -95,7 +95,7 @@ internal static class Contents
 
     private static void CheckMisuse(byte[] bytes)
     {
-        Decoder decoder = Decoder.Open();
+        StreamDecoder decoder = StreamDecoder.Open();
         Console.WriteLine(Catch(() => decoder.GetHead()));
         Console.WriteLine(Catch(() => decoder.Push(bytes, bytes.Length - 1, 2)));
         Console.WriteLine(Catch(() => decoder.SetLength(1)));

@@ -5,7 +5,7 @@ using System.Text;
 
 namespace Quarc
 {
-    /// <summary>What <see cref="Decoder.Pull"/> has found.</summary>
+    /// <summary>What <see cref="StreamDecoder.Pull"/> has found.</summary>
     public enum Status
     {
         /// <summary>More bytes are needed before the next result.</summary>
@@ -40,13 +40,13 @@ namespace Quarc
     /// Decodes a stream. <see cref="FrameReader"/> is simpler if the stream is a file. A decoder may be
     /// used by one thread at a time; different decoders are independent.
     /// </summary>
-    public sealed class Decoder : IDisposable
+    public sealed class StreamDecoder : IDisposable
     {
         private readonly DecoderHandle handle;
         private readonly Splats splats = new Splats();
         private NativeState state;
 
-        private Decoder(DecoderHandle handle)
+        private StreamDecoder(DecoderHandle handle)
         {
             this.handle = handle;
         }
@@ -61,36 +61,36 @@ namespace Quarc
         public int Count => checked((int)state.Count);
 
         /// <summary>Decodes the frames of a stream as its bytes arrive (<see cref="Push"/>).</summary>
-        public static Decoder Open()
+        public static StreamDecoder Open()
         {
-            return new Decoder(Native.quarc_open());
+            return new StreamDecoder(Native.quarc_open());
         }
 
         /// <summary>
         /// Decodes the frames from an ordinal on, and skips what it need not decode (SPEC 11.2). The whole
         /// stream is buffered, and no frame is returned before <see cref="Finish"/>.
         /// </summary>
-        public static Decoder OpenAt(uint start)
+        public static StreamDecoder OpenAt(uint start)
         {
-            return new Decoder(Native.quarc_open_seek(start));
+            return new StreamDecoder(Native.quarc_open_seek(start));
         }
 
         /// <summary>
         /// Decodes the frames from an ordinal on, and reads only the byte ranges that it needs:
         /// <see cref="TryGetMissing"/> names them, <see cref="Put"/> passes them.
         /// </summary>
-        public static Decoder OpenParts(uint start)
+        public static StreamDecoder OpenParts(uint start)
         {
-            return new Decoder(Native.quarc_open_parts(start));
+            return new StreamDecoder(Native.quarc_open_parts(start));
         }
 
         /// <summary>
         /// Decodes the intact frames of a damaged stream, and reports its gaps (SPEC 11.4). The whole
         /// stream is buffered, and no frame is returned before <see cref="Finish"/>.
         /// </summary>
-        public static Decoder OpenRecovery()
+        public static StreamDecoder OpenRecovery()
         {
-            return new Decoder(Native.quarc_open_recover());
+            return new StreamDecoder(Native.quarc_open_recover());
         }
 
         /// <summary>Passes the next bytes of the stream, in pieces of any size; they are copied.</summary>
@@ -145,7 +145,7 @@ namespace Quarc
         public uint[] GetIds()
         {
             if (handle.IsClosed)
-                throw new ObjectDisposedException(nameof(Decoder));
+                throw new ObjectDisposedException(nameof(StreamDecoder));
             var ids = new uint[Count];
             if (ids.Length == 0)
                 return ids;
@@ -172,12 +172,12 @@ namespace Quarc
         }
 
         /// <summary>Returns the cameras that the stream contains up to the current frame.</summary>
-        public List<Camera> GetCameras()
+        public List<CaptureCamera> GetCameras()
         {
-            var cameras = new List<Camera>();
+            var cameras = new List<CaptureCamera>();
             NativeCamera camera;
             while (Native.quarc_camera(handle, (UIntPtr)cameras.Count, out camera) == Native.Ok)
-                cameras.Add(new Camera(camera));
+                cameras.Add(new CaptureCamera(camera));
             return cameras;
         }
 
