@@ -131,70 +131,70 @@ namespace Quarc
         private const string Library = "quarc_capi";
 #endif
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern IntPtr quarc_version();
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern DecoderHandle quarc_open();
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern DecoderHandle quarc_open_seek(uint start);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern DecoderHandle quarc_open_recover();
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern DecoderHandle quarc_open_parts(uint start);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern void quarc_close(ref IntPtr decoder);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_push(DecoderHandle decoder, ref byte bytes, UIntPtr length);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_finish(DecoderHandle decoder);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_pull(DecoderHandle decoder, out NativeState state);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_head(DecoderHandle decoder, out NativeHead head);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_digest(DecoderHandle decoder, [Out] byte[] digits);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_dequantize(DecoderHandle decoder, out NativeSplats splats);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_gap(DecoderHandle decoder, out NativeGap gap);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern IntPtr quarc_reject_id(DecoderHandle decoder);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern IntPtr quarc_message(DecoderHandle decoder);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_put(
             DecoderHandle decoder, ulong offset, ref byte bytes, UIntPtr length);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_limit(DecoderHandle decoder, ulong size);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_missing(DecoderHandle decoder, [Out] ulong[] range);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_index(
             DecoderHandle decoder, [Out] uint[] numbers, [Out] uint[] frames, UIntPtr room);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_camera(
             DecoderHandle decoder, UIntPtr number, out NativeCamera camera);
 
-        [DllImport(Library)]
+        [DllImport(Library, CallingConvention = CallingConvention.Cdecl)]
         public static extern int quarc_metadata(
             DecoderHandle decoder, UIntPtr number, out NativeEntry entry);
     }
