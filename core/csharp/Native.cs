@@ -15,10 +15,34 @@ namespace Quarc
 
         public override bool IsInvalid => handle == IntPtr.Zero;
 
+        /// <summary>Keeps the memory of the decoder until the result is disposed.</summary>
+        public Hold Keep()
+        {
+            return new Hold(this);
+        }
+
         protected override bool ReleaseHandle()
         {
             Native.quarc_close(ref handle);
             return true;
+        }
+    }
+
+    /// <summary>Postpones the closing of a decoder, whose pointers are being read.</summary>
+    internal struct Hold : IDisposable
+    {
+        private readonly DecoderHandle held;
+
+        internal Hold(DecoderHandle handle)
+        {
+            bool isHeld = false;
+            handle.DangerousAddRef(ref isHeld);
+            held = handle;
+        }
+
+        public void Dispose()
+        {
+            held.DangerousRelease();
         }
     }
 

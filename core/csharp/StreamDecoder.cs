@@ -38,7 +38,7 @@ namespace Quarc
 
     /// <summary>
     /// Decodes a stream. <see cref="FrameReader"/> is simpler if the stream is a file. A decoder may be
-    /// used by one thread at a time; different decoders are independent.
+    /// used by one thread at a time, but disposed by any; different decoders are independent.
     /// </summary>
     public sealed class StreamDecoder : IDisposable
     {
@@ -133,8 +133,11 @@ namespace Quarc
         public Splats Dequantize()
         {
             NativeSplats native;
-            Require(Native.quarc_dequantize(handle, out native));
-            splats.Update(native);
+            using (handle.Keep())
+            {
+                Require(Native.quarc_dequantize(handle, out native));
+                splats.Update(native);
+            }
             return splats;
         }
 
@@ -144,13 +147,13 @@ namespace Quarc
         /// </summary>
         public uint[] GetIds()
         {
-            if (handle.IsClosed)
-                throw new ObjectDisposedException(nameof(StreamDecoder));
             var ids = new uint[Count];
-            if (ids.Length == 0)
-                return ids;
             var bits = new int[ids.Length];
-            Marshal.Copy(state.Ids, bits, 0, bits.Length);
+            using (handle.Keep())
+            {
+                if (bits.Length > 0)
+                    Marshal.Copy(state.Ids, bits, 0, bits.Length);
+            }
             Buffer.BlockCopy(bits, 0, ids, 0, sizeof(uint) * ids.Length);
             return ids;
         }
@@ -167,8 +170,11 @@ namespace Quarc
         public Gap GetGap()
         {
             NativeGap gap;
-            Require(Native.quarc_gap(handle, out gap));
-            return new Gap(gap);
+            using (handle.Keep())
+            {
+                Require(Native.quarc_gap(handle, out gap));
+                return new Gap(gap);
+            }
         }
 
         /// <summary>Returns the cameras that the stream contains up to the current frame.</summary>
@@ -176,8 +182,11 @@ namespace Quarc
         {
             var cameras = new List<CaptureCamera>();
             NativeCamera camera;
-            while (Native.quarc_camera(handle, (UIntPtr)cameras.Count, out camera) == Native.Ok)
-                cameras.Add(new CaptureCamera(camera));
+            using (handle.Keep())
+            {
+                while (Native.quarc_camera(handle, (UIntPtr)cameras.Count, out camera) == Native.Ok)
+                    cameras.Add(new CaptureCamera(camera));
+            }
             return cameras;
         }
 
@@ -186,8 +195,11 @@ namespace Quarc
         {
             var metadata = new Dictionary<string, string>();
             NativeEntry entry;
-            while (Native.quarc_metadata(handle, (UIntPtr)metadata.Count, out entry) == Native.Ok)
-                metadata.Add(entry.Key.ToString(), entry.Value.ToString());
+            using (handle.Keep())
+            {
+                while (Native.quarc_metadata(handle, (UIntPtr)metadata.Count, out entry) == Native.Ok)
+                    metadata.Add(entry.Key.ToString(), entry.Value.ToString());
+            }
             return metadata;
         }
 
@@ -259,15 +271,15 @@ namespace Quarc
                 return status;
             if (status == Native.Misuse)
                 throw new InvalidOperationException("this call is not allowed now: see quarc.h");
-            string message = ReadText(Native.quarc_message(handle));
+            string message, rejectId;
+            using (handle.Keep())
+            {
+                message = Marshal.PtrToStringAnsi(Native.quarc_message(handle));
+                rejectId = Marshal.PtrToStringAnsi(Native.quarc_reject_id(handle));
+            }
             if (status == Native.Rejected || status == Native.Limit)
-                throw new StreamException(message, ReadText(Native.quarc_reject_id(handle)));
+                throw new StreamException(message, rejectId);
             throw new InvalidOperationException("the decoder has failed: " + message);
-        }
-
-        private static string ReadText(IntPtr text)
-        {
-            return Marshal.PtrToStringAnsi(text);
         }
     }
 }

@@ -16,7 +16,6 @@ internal static class Contents
         PrintFrames(bytes);
         PrintIndex(bytes);
         PrintGaps(bytes);
-        CheckMisuse(bytes);
     }
 
     private static void PrintFrames(byte[] bytes)
@@ -90,31 +89,6 @@ internal static class Contents
                         ? $"{gap.Offset} {gap.Bytes} {gap.FramesLost ?? -1} {gap.RejectId}"
                         : $"{decoder.Frame} {decoder.GetDigest()}");
             }
-        }
-    }
-
-    private static void CheckMisuse(byte[] bytes)
-    {
-        StreamDecoder decoder = StreamDecoder.Open();
-        Console.WriteLine(Catch(() => decoder.GetHead()));
-        Console.WriteLine(Catch(() => decoder.Push(bytes, bytes.Length - 1, 2)));
-        Console.WriteLine(Catch(() => decoder.SetLength(1)));
-        decoder.Dispose();
-        decoder.Dispose();
-        Console.WriteLine(Catch(() => decoder.Pull()));
-        Console.WriteLine(Catch(() => decoder.GetIds()));
-    }
-
-    private static string Catch(Action action)
-    {
-        try
-        {
-            action();
-            return "nothing";
-        }
-        catch (Exception error)
-        {
-            return error.GetType().Name;
         }
     }
 

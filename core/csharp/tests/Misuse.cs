@@ -1,0 +1,60 @@
+// Checks what the interface does if it is used in unusual ways. Arguments: an ordinary stream, and one
+// of many Gaussians.
+
+using System;
+using System.IO;
+using System.Threading;
+using Quarc;
+
+internal static class Misuse
+{
+    private static void Main(string[] arguments)
+    {
+        byte[] bytes = File.ReadAllBytes(arguments[0]);
+        CheckCalls(bytes);
+        for (int repetition = 0; repetition < 30; repetition++)
+            DisposeWhileReading(arguments[1]);
+    }
+
+    private static void CheckCalls(byte[] bytes)
+    {
+        StreamDecoder decoder = StreamDecoder.Open();
+        Expect<InvalidOperationException>(() => decoder.GetHead());
+        Expect<InvalidOperationException>(() => decoder.SetLength(1));
+        Expect<ArgumentException>(() => decoder.Push(bytes, bytes.Length - 1, 2));
+        decoder.Dispose();
+        decoder.Dispose();
+        Expect<ObjectDisposedException>(() => decoder.Pull());
+        Expect<ObjectDisposedException>(() => decoder.GetIds());
+    }
+
+    /// <summary>The memory of a large frame, once freed, can no longer be read.</summary>
+    private static void DisposeWhileReading(string path)
+    {
+        var reader = new FrameReader(File.OpenRead(path));
+        reader.Read();
+        var hasBegun = new ManualResetEvent(false);
+        var thread = new Thread(() => Expect<ObjectDisposedException>(() =>
+        {
+            for (;; hasBegun.Set())
+                reader.Decoder.GetIds();
+        }));
+        thread.Start();
+        hasBegun.WaitOne();
+        reader.Dispose();
+        thread.Join();
+    }
+
+    private static void Expect<T>(Action action, string message = "") where T : Exception
+    {
+        try
+        {
+            action();
+        }
+        catch (T error) when (error.Message.Contains(message))
+        {
+            return;
+        }
+        throw new Exception("no " + typeof(T).Name + " " + message);
+    }
+}
