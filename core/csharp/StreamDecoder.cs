@@ -54,10 +54,13 @@ namespace Quarc
         /// <summary>The version of the C library, such as "1.1.0".</summary>
         public static string LibraryVersion => Marshal.PtrToStringAnsi(Native.quarc_version());
 
-        /// <summary>Ordinal of the current frame.</summary>
+        /// <summary>
+        /// Ordinal of the current frame, the last that <see cref="Pull"/> has returned. It is 0 if there
+        /// is none: before the first frame, and after a gap or an error.
+        /// </summary>
         public uint Frame => state.Frame;
 
-        /// <summary>Number of Gaussians of the current frame.</summary>
+        /// <summary>Number of Gaussians of the current frame; 0 if there is none.</summary>
         public int Count => checked((int)state.Count);
 
         /// <summary>Decodes the frames of a stream as its bytes arrive (<see cref="Push"/>).</summary>
@@ -114,7 +117,12 @@ namespace Quarc
         {
             NativeState next;
             int status = Native.quarc_pull(handle, out next);
-            state = status == Native.Frame ? next : default(NativeState);
+            if (status == Native.Frame)
+                state = next;
+            else if (status == Native.Gap || status < 0)
+                state = default(NativeState);
+            else
+                state.Ids = IntPtr.Zero; // no longer valid
             return (Status)Require(status);
         }
 
@@ -143,7 +151,7 @@ namespace Quarc
 
         /// <summary>
         /// Returns the ids of the current frame's Gaussians, ascending. A Gaussian keeps its id up to the
-        /// next canonical frame.
+        /// next canonical frame. Call this directly after <see cref="Pull"/> has returned the frame.
         /// </summary>
         public uint[] GetIds()
         {
@@ -151,8 +159,9 @@ namespace Quarc
             var bits = new int[ids.Length];
             using (handle.Keep())
             {
-                if (bits.Length > 0)
-                    Marshal.Copy(state.Ids, bits, 0, bits.Length);
+                if (state.Ids == IntPtr.Zero)
+                    throw new InvalidOperationException("the last Pull did not return a frame");
+                Marshal.Copy(state.Ids, bits, 0, bits.Length);
             }
             Buffer.BlockCopy(bits, 0, ids, 0, sizeof(uint) * ids.Length);
             return ids;

@@ -12,6 +12,7 @@ internal static class Misuse
     {
         byte[] bytes = File.ReadAllBytes(arguments[0]);
         CheckCalls(bytes);
+        CheckCurrentFrame(bytes);
         for (int repetition = 0; repetition < 30; repetition++)
             DisposeWhileReading(arguments[1]);
     }
@@ -26,6 +27,24 @@ internal static class Misuse
         decoder.Dispose();
         Expect<ObjectDisposedException>(() => decoder.Pull());
         Expect<ObjectDisposedException>(() => decoder.GetIds());
+    }
+
+    private static void CheckCurrentFrame(byte[] bytes)
+    {
+        using (StreamDecoder decoder = StreamDecoder.Open())
+        {
+            Expect<InvalidOperationException>(() => decoder.GetIds());
+            decoder.Push(bytes, 0, bytes.Length);
+            uint frameCount = 0;
+            for (; decoder.Pull() == Status.Frame; frameCount++)
+                Check(decoder.GetIds().Length == decoder.Count);
+            Check(decoder.Frame == frameCount - 1 && decoder.Count == decoder.Dequantize().Count);
+            Expect<InvalidOperationException>(() => decoder.GetIds());
+            decoder.Push(bytes, 0, 1);
+            Expect<StreamException>(() => decoder.Pull());
+            Check(decoder.Frame == 0 && decoder.Count == 0);
+            Expect<InvalidOperationException>(() => decoder.GetIds());
+        }
     }
 
     /// <summary>The memory of a large frame, once freed, can no longer be read.</summary>
@@ -43,6 +62,12 @@ internal static class Misuse
         hasBegun.WaitOne();
         reader.Dispose();
         thread.Join();
+    }
+
+    private static void Check(bool isTrue)
+    {
+        if (!isTrue)
+            throw new Exception("a check failed");
     }
 
     private static void Expect<T>(Action action, string message = "") where T : Exception
