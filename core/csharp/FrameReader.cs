@@ -27,7 +27,7 @@ namespace Quarc
         /// <param name="start">Ordinal of the first frame to return.</param>
         public FrameReader(Stream stream, uint start = 0)
         {
-            this.stream = stream;
+            this.stream = stream ?? throw new ArgumentNullException(nameof(stream));
             readsParts = start > 0 && stream.CanSeek;
             if (readsParts)
             {

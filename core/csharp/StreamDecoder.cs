@@ -99,8 +99,8 @@ namespace Quarc
         /// <summary>Passes the next bytes of the stream, in pieces of any size; they are copied.</summary>
         public void Push(byte[] bytes, int offset, int count)
         {
-            if (count > 0)
-                Require(Native.quarc_push(handle, ref Slice(bytes, offset, count), (UIntPtr)count));
+            if (!IsEmpty(bytes, offset, count))
+                Require(Native.quarc_push(handle, ref bytes[offset], (UIntPtr)count));
         }
 
         /// <summary>Declares the end of the stream; then call <see cref="Pull"/> until it ends.</summary>
@@ -215,9 +215,8 @@ namespace Quarc
         /// <summary>Passes bytes from an offset of the stream to a decoder of byte ranges.</summary>
         public void Put(ulong position, byte[] bytes, int offset, int count)
         {
-            if (count > 0)
-                Require(Native.quarc_put(
-                    handle, position, ref Slice(bytes, offset, count), (UIntPtr)count));
+            if (!IsEmpty(bytes, offset, count))
+                Require(Native.quarc_put(handle, position, ref bytes[offset], (UIntPtr)count));
         }
 
         /// <summary>
@@ -267,10 +266,18 @@ namespace Quarc
             handle.Dispose();
         }
 
-        private static ref byte Slice(byte[] bytes, int offset, int count)
+        /// <summary>Checks that a range is in an array.</summary>
+        private static bool IsEmpty(byte[] bytes, int offset, int count)
         {
-            var slice = new ArraySegment<byte>(bytes, offset, count); // checks the range
-            return ref slice.Array[slice.Offset];
+            if (bytes == null)
+                throw new ArgumentNullException(nameof(bytes));
+            if (offset < 0)
+                throw new ArgumentOutOfRangeException(nameof(offset));
+            if (count < 0)
+                throw new ArgumentOutOfRangeException(nameof(count));
+            if (count > bytes.Length - offset)
+                throw new ArgumentException("the range ends after the array");
+            return count == 0;
         }
 
         /// <summary>Returns a status that is no error.</summary>

@@ -11,10 +11,25 @@ internal static class Misuse
     private static void Main(string[] arguments)
     {
         byte[] bytes = File.ReadAllBytes(arguments[0]);
+        CheckArguments(bytes);
         CheckCalls(bytes);
         CheckCurrentFrame(bytes);
         for (int repetition = 0; repetition < 30; repetition++)
             DisposeWhileReading(arguments[1]);
+    }
+
+    private static void CheckArguments(byte[] bytes)
+    {
+        Expect<ArgumentNullException>(() => new FrameReader(null));
+        using (StreamDecoder decoder = StreamDecoder.Open())
+        {
+            Expect<ArgumentNullException>(() => decoder.Push(null, 0, 0));
+            Expect<ArgumentOutOfRangeException>(() => decoder.Push(bytes, 0, -1));
+            Expect<ArgumentOutOfRangeException>(() => decoder.Put(0, bytes, -1, 1));
+            Expect<ArgumentException>(() => decoder.Push(bytes, bytes.Length - 1, 2));
+            Expect<ArgumentException>(() => decoder.Put(0, bytes, int.MaxValue, int.MaxValue));
+            decoder.Push(bytes, bytes.Length, 0);
+        }
     }
 
     private static void CheckCalls(byte[] bytes)
@@ -22,7 +37,6 @@ internal static class Misuse
         StreamDecoder decoder = StreamDecoder.Open();
         Expect<InvalidOperationException>(() => decoder.GetHead());
         Expect<InvalidOperationException>(() => decoder.SetLength(1));
-        Expect<ArgumentException>(() => decoder.Push(bytes, bytes.Length - 1, 2));
         decoder.Dispose();
         decoder.Dispose();
         Expect<ObjectDisposedException>(() => decoder.Pull());
