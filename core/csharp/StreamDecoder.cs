@@ -42,6 +42,8 @@ namespace Quarc
     /// </summary>
     public sealed class StreamDecoder : IDisposable
     {
+        private const string NoFrame = "there is no frame: call Pull until it returns one";
+
         private readonly DecoderHandle handle;
         private readonly Splats splats = new Splats();
         private NativeState state;
@@ -100,13 +102,15 @@ namespace Quarc
         public void Push(byte[] bytes, int offset, int count)
         {
             if (!IsEmpty(bytes, offset, count))
-                Require(Native.quarc_push(handle, ref bytes[offset], (UIntPtr)count));
+                Require(
+                    Native.quarc_push(handle, ref bytes[offset], (UIntPtr)count),
+                    "Push is for streams that are not finished, and not for OpenParts: call Put");
         }
 
         /// <summary>Declares the end of the stream; then call <see cref="Pull"/> until it ends.</summary>
         public void Finish()
         {
-            Require(Native.quarc_finish(handle));
+            Require(Native.quarc_finish(handle), "Finish is not for OpenParts: call SetLength");
         }
 
         /// <summary>Decodes the next frame.</summary>
@@ -130,7 +134,7 @@ namespace Quarc
         public Head GetHead()
         {
             NativeHead head;
-            Require(Native.quarc_head(handle, out head));
+            Require(Native.quarc_head(handle, out head), "Pull has not read the parameters yet");
             return new Head(head);
         }
 
@@ -143,7 +147,7 @@ namespace Quarc
             NativeSplats native;
             using (handle.Keep())
             {
-                Require(Native.quarc_dequantize(handle, out native));
+                Require(Native.quarc_dequantize(handle, out native), NoFrame);
                 splats.Update(native);
             }
             return splats;
@@ -171,7 +175,7 @@ namespace Quarc
         public string GetDigest()
         {
             var digits = new byte[Native.DigestSize];
-            Require(Native.quarc_digest(handle, digits));
+            Require(Native.quarc_digest(handle, digits), NoFrame);
             return Encoding.ASCII.GetString(digits, 0, digits.Length - 1);
         }
 
@@ -181,7 +185,7 @@ namespace Quarc
             NativeGap gap;
             using (handle.Keep())
             {
-                Require(Native.quarc_gap(handle, out gap));
+                Require(Native.quarc_gap(handle, out gap), "the last Pull did not return a gap");
                 return new Gap(gap);
             }
         }
@@ -216,7 +220,9 @@ namespace Quarc
         public void Put(ulong position, byte[] bytes, int offset, int count)
         {
             if (!IsEmpty(bytes, offset, count))
-                Require(Native.quarc_put(handle, position, ref bytes[offset], (UIntPtr)count));
+                Require(
+                    Native.quarc_put(handle, position, ref bytes[offset], (UIntPtr)count),
+                    "Put is for OpenParts, and for bytes below 2^64");
         }
 
         /// <summary>
@@ -225,7 +231,7 @@ namespace Quarc
         /// </summary>
         public void SetLength(ulong length)
         {
-            Require(Native.quarc_limit(handle, length));
+            Require(Native.quarc_limit(handle, length), "SetLength is for OpenParts: call Finish");
         }
 
         /// <summary>
@@ -280,13 +286,13 @@ namespace Quarc
             return count == 0;
         }
 
-        /// <summary>Returns a status that is no error.</summary>
-        private int Require(int status)
+        /// <summary>Returns a status that is no error; the message says when the call is allowed.</summary>
+        private int Require(int status, string misuse = null)
         {
             if (status >= 0)
                 return status;
             if (status == Native.Misuse)
-                throw new InvalidOperationException("this call is not allowed now: see quarc.h");
+                throw new InvalidOperationException(misuse);
             string message, rejectId;
             using (handle.Keep())
             {

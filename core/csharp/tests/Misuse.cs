@@ -35,12 +35,23 @@ internal static class Misuse
     private static void CheckCalls(byte[] bytes)
     {
         StreamDecoder decoder = StreamDecoder.Open();
-        Expect<InvalidOperationException>(() => decoder.GetHead());
-        Expect<InvalidOperationException>(() => decoder.SetLength(1));
+        Expect<InvalidOperationException>(() => decoder.GetHead(), "parameters");
+        Expect<InvalidOperationException>(() => decoder.Dequantize(), "no frame");
+        Expect<InvalidOperationException>(() => decoder.GetDigest(), "no frame");
+        Expect<InvalidOperationException>(() => decoder.GetGap(), "gap");
+        Expect<InvalidOperationException>(() => decoder.Put(0, bytes, 0, 1), "OpenParts");
+        Expect<InvalidOperationException>(() => decoder.SetLength(1), "Finish");
+        decoder.Finish();
+        Expect<InvalidOperationException>(() => decoder.Push(bytes, 0, 1), "finished");
         decoder.Dispose();
         decoder.Dispose();
         Expect<ObjectDisposedException>(() => decoder.Pull());
         Expect<ObjectDisposedException>(() => decoder.GetIds());
+        using (StreamDecoder parts = StreamDecoder.OpenParts(0))
+        {
+            Expect<InvalidOperationException>(() => parts.Push(bytes, 0, 1), "Put");
+            Expect<InvalidOperationException>(() => parts.Finish(), "SetLength");
+        }
     }
 
     private static void CheckCurrentFrame(byte[] bytes)
