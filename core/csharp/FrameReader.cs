@@ -17,12 +17,14 @@ namespace Quarc
 
         private readonly Stream stream;
         private readonly bool readsParts;
+        private readonly long origin; // of the stream in the bytes, if it reads parts
         private readonly byte[] buffer = new byte[BufferSize];
         private bool isFinished;
 
         /// <summary>Reads the frames from an ordinal on.</summary>
         /// <param name="stream">
-        /// The bytes. The reader owns it. If it can seek, only what is needed is read for a start above 0.
+        /// The bytes from its position to its end. The reader owns it. If it can seek, only what is needed
+        /// is read for a start above 0.
         /// </param>
         /// <param name="start">Ordinal of the first frame to return.</param>
         public FrameReader(Stream stream, uint start = 0)
@@ -31,8 +33,9 @@ namespace Quarc
             readsParts = start > 0 && stream.CanSeek;
             if (readsParts)
             {
+                origin = stream.Position;
                 Decoder = StreamDecoder.OpenParts(start);
-                Decoder.SetLength((ulong)stream.Length);
+                Decoder.SetLength((ulong)Math.Max(stream.Length - origin, 0));
             }
             else
             {
@@ -71,7 +74,7 @@ namespace Quarc
         {
             ulong begin = 0, end = BufferSize;
             if (readsParts && Decoder.TryGetMissing(out begin, out end))
-                stream.Position = (long)begin;
+                stream.Position = origin + (long)begin;
             int count = stream.Read(buffer, 0, (int)Math.Min(end - begin, BufferSize));
             if (count == 0 && readsParts)
                 throw new EndOfStreamException("the stream has become shorter");

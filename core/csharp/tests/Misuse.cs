@@ -14,6 +14,7 @@ internal static class Misuse
         CheckArguments(bytes);
         CheckCalls(bytes);
         CheckCurrentFrame(bytes);
+        CheckPosition(bytes);
         for (int repetition = 0; repetition < 30; repetition++)
             DisposeWhileReading(arguments[1]);
     }
@@ -70,6 +71,23 @@ internal static class Misuse
             Check(decoder.Frame == 0 && decoder.Count == 0);
             Expect<InvalidOperationException>(() => decoder.GetIds());
         }
+    }
+
+    /// <summary>A stream in another file begins at the position of the file.</summary>
+    private static void CheckPosition(byte[] bytes)
+    {
+        var file = new byte[100 + bytes.Length];
+        bytes.CopyTo(file, 100);
+        foreach (uint start in new uint[] { 0, 5 })
+        {
+            using (var reader = new FrameReader(new MemoryStream(file) { Position = 100 }, start))
+            {
+                reader.Read();
+                Check(reader.Decoder.Frame == start);
+            }
+        }
+        using (var reader = new FrameReader(new MemoryStream(bytes) { Position = bytes.Length + 1 }, 5))
+            Expect<StreamException>(() => reader.Read(), "truncated");
     }
 
     /// <summary>The memory of a large frame, once freed, can no longer be read.</summary>
