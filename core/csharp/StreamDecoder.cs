@@ -82,7 +82,8 @@ namespace Quarc
 
         /// <summary>
         /// Decodes the frames from an ordinal on, and reads only the byte ranges that it needs:
-        /// <see cref="TryGetMissing"/> names them, <see cref="Put"/> passes them.
+        /// <see cref="TryGetMissing"/> names them, <see cref="Put"/> passes them. Many ranges are small: a
+        /// request to a server should ask for more (such as 64 KiB), and pass all of it.
         /// </summary>
         public static StreamDecoder OpenParts(uint start)
         {
