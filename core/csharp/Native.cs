@@ -46,6 +46,7 @@ namespace Quarc
         }
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeState
     {
         public uint Frame;
@@ -61,6 +62,7 @@ namespace Quarc
         public UIntPtr CodeRows;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeHead
     {
         public uint Timescale;
@@ -78,6 +80,7 @@ namespace Quarc
         public uint Updates;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeSplats
     {
         public UIntPtr Count;
@@ -90,6 +93,7 @@ namespace Quarc
         public uint Changed;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeGap
     {
         public ulong Offset;
@@ -98,6 +102,7 @@ namespace Quarc
         public IntPtr RejectId;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeText
     {
         public IntPtr Bytes;
@@ -112,6 +117,7 @@ namespace Quarc
         }
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeCamera
     {
         public NativeText Name;
@@ -132,6 +138,7 @@ namespace Quarc
         public float NearPlane;
     }
 
+    [StructLayout(LayoutKind.Sequential)]
     internal struct NativeEntry
     {
         public NativeText Key;
