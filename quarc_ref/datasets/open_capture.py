@@ -5,42 +5,29 @@ as stored on disk. `open_capture` undistorts and downscales the pictures, applie
 computes missing initial points and near planes.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NoReturn
 
-from quarc_ref.datasets.agreement import (
-    compare_color_matrices,
-    compare_frame_rates,
-    compare_lengths,
-    compare_rotations,
-    find_hdr_videos,
-    require_usable_frame_rate,
-)
+from quarc_ref.datasets.agreement import require_usable_frame_rate
 from quarc_ref.datasets.alphas import find_ignored_alpha
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.capture_media import open_media
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, read_capture_notes
+from quarc_ref.datasets.capture_notes import read_capture_notes
 from quarc_ref.datasets.choose_points import choose_points
 from quarc_ref.datasets.errors import (
-    CountMismatchError,
     HeldOutError,
-    StartError,
     UnreadableVideoError,
     UnsupportedCameraError,
 )
-from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Finding, format_names
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
 from quarc_ref.datasets.layouts.table import choose_layout
-from quarc_ref.datasets.lens_checks import find_odd_principal_points, find_stretched_pixels
 from quarc_ref.datasets.masks import FileMasks, find_masks
 from quarc_ref.datasets.orientation import suggest_size_remedy
-from quarc_ref.datasets.pictures import SynchronizedPictures
 from quarc_ref.datasets.point_cache import make_cache_key
+from quarc_ref.datasets.synchronize import synchronize
 from quarc_ref.datasets.undistortion import Rectifier
-from quarc_ref.wording import format_count
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,15 +83,15 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         for camera, rectifier in zip(footage.cameras, rectifiers, strict=True)
     ]
     names = [camera.name for camera in cameras]
-    footage, synchronized_pictures = _synchronize(path, footage, notes, options)
-    media = open_media(names, footage, synchronized_pictures, rectifiers, notes)
+    footage, pictures = synchronize(path, footage, notes, options.start, options.max_frames)
+    media = open_media(names, footage, pictures, rectifiers, notes)
     fingerprint = compute_fingerprint(path, footage.files)
     training = [index for index, name in enumerate(names) if name not in held_out]
     key = make_cache_key(
         fingerprint, options.start, options.downscale, [names[index] for index in training]
     )
     points = choose_points(footage.points, cameras, training, media, key)
-    common_count = synchronized_pictures.frame_count
+    common_count = pictures.frame_count
     ignored_alpha = None if media.alphas else find_ignored_alpha(footage, training[0])
     return Capture(
         name=path.resolve().name,
@@ -122,7 +109,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
         notes=notes,
         masks=media.masks,
         alphas=media.alphas,
-        stored_pictures=synchronized_pictures,
+        stored_pictures=pictures,
     )
 
 
@@ -150,96 +137,6 @@ def _require_sizes(footage: Footage) -> None:
                 f"{suggest_size_remedy(size, calibrated_size, rotation)}"
             )
             raise UnreadableVideoError(message)
-
-
-def _synchronize(
-    path: Path, footage: Footage, notes: CaptureNotes, options: CaptureOptions
-) -> tuple[Footage, SynchronizedPictures]:
-    """Apply the cameras' time offsets, and drop the frames before the requested start.
-
-    Args:
-        path: Path of the capture.
-        footage: Contents of the capture.
-        notes: Notes of the capture, with the offsets.
-        options: Options, of which only the range of frames is used.
-
-    Returns:
-        The footage, with added findings about rotations, colors, lenses and lengths, and the
-        synchronized pictures.
-
-    Raises:
-        CaptureError: The offset of an unknown camera is given, or `options.start` or an offset is
-            after the last frame.
-    """
-    names, start = [camera.name for camera in footage.cameras], options.start
-    offsets = notes.first_frames(names)
-    synchronized_pictures = SynchronizedPictures(
-        footage.source, [start + offsets[name] for name in names]
-    )
-    if synchronized_pictures.frame_count < 1:
-        _reject_start(path, footage, offsets, start)
-    findings = (
-        *(finding for finding in footage.findings if not _is_resolved(finding, notes, offsets)),
-        *_compare_recordings(footage, offsets, synchronized_pictures.frame_count, options),
-    )
-    footage = replace(footage, findings=findings)
-    if any(offsets.values()) or notes.has_transparent_background:
-        description_files = (*footage.description_files, path / NOTES_NAME)
-        footage = replace(footage, description_files=description_files)
-    return footage, synchronized_pictures
-
-
-def _compare_recordings(
-    footage: Footage, offsets: Mapping[str, int], frame_count: int, options: CaptureOptions
-) -> tuple[Finding, ...]:
-    """Return findings about rotations, colors, lenses, frame rates and lengths.
-
-    Args:
-        footage: Contents of the capture.
-        offsets: Offsets of all cameras, frames.
-        frame_count: Number of common frames from `options.start` on.
-        options: Options, of which only the range of frames is used.
-    """
-    names, source, max_frames = list(offsets), footage.source, options.max_frames
-    last_frame = options.start + min(frame_count, max_frames or frame_count) - 1
-    findings = [
-        compare_rotations(names, source.rotations),
-        find_hdr_videos(names, source.hdr_flags),
-        compare_color_matrices(names, source.color_matrices),
-        find_odd_principal_points(footage.cameras),
-        find_stretched_pixels(footage.cameras, source.pixel_aspects),
-        compare_frame_rates(names, source.frame_rates, last_frame),
-    ]
-    if max_frames is None or max_frames > frame_count:
-        findings.append(compare_lengths(names, source.lengths, list(offsets.values())))
-    return tuple(filter(None, findings))
-
-
-def _is_resolved(finding: Finding, notes: CaptureNotes, offsets: Mapping[str, int]) -> bool:
-    """Return whether the notes decide what a finding asks."""
-    if finding.kind == STATED_FRAME_RATE:
-        return notes.frames_per_second is not None
-    return finding.kind == FRAME_NUMBERS and any(offsets.values())
-
-
-def _reject_start(path: Path, footage: Footage, offsets: Mapping[str, int], start: int) -> NoReturn:
-    """Raise the error for a start or offsets after the last frame of a camera."""
-    frame_counts = {
-        camera.name: length - offsets[camera.name]
-        for camera, length in zip(footage.cameras, footage.source.lengths, strict=True)
-    }
-    if min(frame_counts.values()) >= 1:
-        message = (
-            f"cannot start at frame {start}: the capture has "
-            f"{format_count(min(frame_counts.values()), 'frame')} common to all cameras"
-        )
-        raise StartError(message)
-    skipped_names = [name for name, count in frame_counts.items() if count < 1]
-    message = (
-        f"the offsets in {path / NOTES_NAME} skip all frames of {format_names(skipped_names)}: "
-        "correct the offsets, or remove the camera"
-    )
-    raise CountMismatchError(message)
 
 
 def _choose_held_out(names: Sequence[str], requested_names: Sequence[str]) -> frozenset[str]:
