@@ -5,6 +5,7 @@ units with a range of ±2048 units; each component of the other attributes has a
 """
 
 import zlib
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -24,7 +25,10 @@ _HEADER_BYTES = 16
 _MAX_GAUSSIANS = 1 << 24
 # bytes of a Gaussian without SH rest before compression: 9 for the position, 7 for the others
 _MIN_GAUSSIAN_BYTES = 16
+_MAX_GAUSSIAN_BYTES = 92  # with SH of degree 4
+_MAX_OTHER_BYTES = 1 << 20  # header and extensions
 _MAX_DEFLATE_RATIO = 1032  # maximum compression ratio of deflate
+_PIECE_BYTES = 1 << 14  # compressed
 
 
 def build(frame: Frame, clip: Clip) -> bytes:
@@ -69,18 +73,16 @@ def parse_spz(data: bytes) -> Splats:
 
 
 def check_header(data: bytes) -> None:
-    """Check that a file is large enough for the number of Gaussians in its header.
+    """Check that the size of a file fits the number of Gaussians in its header.
 
     Raises:
-        ValueError: The file is not an SPZ file, or is too small for the Gaussians in its header.
+        ValueError: The file is not an SPZ file, or is too small or, decompressed, too large for the
+            Gaussians in its header.
     """
     header = data[:_HEADER_BYTES]
-    if header[:2] == _GZIP_MAGIC:
-        try:
-            header = zlib.decompressobj(wbits=31).decompress(data, _HEADER_BYTES)
-        except zlib.error as error:
-            message = f"the file is not an SPZ file: {error}"
-            raise ValueError(message) from error
+    is_gzip = header[:2] == _GZIP_MAGIC
+    if is_gzip:
+        header = next(_decompress(data), b"")[:_HEADER_BYTES]
     if len(header) < _HEADER_BYTES or header[:4] != _MAGIC:
         message = "the file does not begin with an SPZ header"
         raise ValueError(message)
@@ -91,3 +93,28 @@ def check_header(data: bytes) -> None:
             f"the file is too short for the {gaussian_count} Gaussians that its header declares"
         )
         raise ValueError(message)
+    if is_gzip:
+        _require_bounded_size(data, _MAX_OTHER_BYTES + gaussian_count * _MAX_GAUSSIAN_BYTES)
+
+
+def _require_bounded_size(data: bytes, max_bytes: int) -> None:
+    """Reject a file that decompresses to so much that the library would use up the memory."""
+    size = 0
+    for piece in _decompress(data):
+        size += len(piece)
+        if size > max_bytes:
+            message = f"the file decompresses to more than {max_bytes} bytes, its maximum size"
+            raise ValueError(message)
+
+
+def _decompress(data: bytes) -> Iterator[bytes]:
+    """Yield the pieces of a gzip file, until it ends or is truncated."""
+    decompressor = zlib.decompressobj(wbits=31)
+    for start in range(0, len(data), _PIECE_BYTES):
+        if decompressor.eof:
+            return
+        try:
+            yield decompressor.decompress(data[start : start + _PIECE_BYTES])
+        except zlib.error as error:
+            message = f"the file is not an SPZ file: {error}"
+            raise ValueError(message) from error

@@ -1,5 +1,7 @@
 """Tests that imported frames equal the exported frames."""
 
+import gzip
+import struct
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +21,7 @@ from quarc_ref.export.sidecar import (
     parse_sidecar,
     rotate_sidecar_upright,
 )
+from quarc_ref.export.spz import check_header
 from quarc_ref.export.table import EXPORT_FORMATS
 from quarc_ref.export.upright import rotate_upright
 from quarc_ref.format.records import StreamHeader
@@ -155,6 +158,15 @@ def test_a_truncated_spz_is_reported_as_such(share, clip_and_frames, tmp_path):
 
     with pytest.raises(UnreadableFramesError, match=r"f0\.spz: gaussforge cannot read the file: "):
         list(open_frames(tmp_path / "in").read())
+
+
+@given(extra=st.integers((1 << 20) + 92, 1 << 22), junk=st.binary(max_size=32))
+def test_a_spz_that_decompresses_to_more_than_its_gaussians_is_rejected(extra, junk):
+    header = b"NGSP" + struct.pack("<II4B", 3, 1, 0, 12, 0, 0)
+    check_header(gzip.compress(header + bytes(20)) + junk)
+
+    with pytest.raises(ValueError, match="more than 1048668 bytes"):
+        check_header(gzip.compress(header + bytes(extra)) + junk)
 
 
 def test_spz_opacities_of_one_have_a_finite_logit(clip_and_frames, tmp_path):
