@@ -100,12 +100,13 @@ def print_columns(title: str, headings: Sequence[str], rows: Iterable[Sequence[s
         title: Text above the table.
         headings: Heading of each column. A leading `<` is not printed and marks a column of text,
             which is aligned to the left; other columns are aligned to the right.
-        rows: Cells of each row; control characters are escaped.
+        rows: Cells of each row. Control characters in title, headings and cells are escaped.
     """
     table = Table(title=escape_controls(title), title_justify="left", box=None, pad_edge=False)
     for heading in headings:
         justify: Literal["left", "right"] = "left" if heading.startswith("<") else "right"
-        table.add_column(heading.removeprefix("<"), justify=justify, header_style="dim")
+        text = escape_controls(heading.removeprefix("<"))
+        table.add_column(text, justify=justify, header_style="dim")
     for row in rows:
         table.add_row(*map(escape_controls, row))
     _PlainConsole(_UNLIMITED_WIDTH).print(table)
@@ -207,11 +208,12 @@ class TerminalProgress:
         self._status = status
 
     def announce(self, message: str) -> None:
-        """Print a line above the progress bars."""
+        """Print a line above the progress bars; control characters are escaped."""
+        line = escape_controls(message)
         if self._bars.disable:
-            sys.stderr.write(f"{message}\n")
+            sys.stderr.write(f"{line}\n")
         else:
-            self._bars.console.print(message, highlight=False, markup=False)
+            self._bars.console.print(line, highlight=False, markup=False)
 
     def _get_status(self, stage: str) -> str:
         return self._status() if self._status and stage in self._STATUS_STAGES else ""

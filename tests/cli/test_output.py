@@ -6,7 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from quarc_ref.cli import output
-from quarc_ref.cli.output import TerminalProgress, escape_controls, print_fields, print_json
+from quarc_ref.cli.output import (
+    TerminalProgress,
+    escape_controls,
+    print_columns,
+    print_fields,
+    print_json,
+)
 
 
 @pytest.fixture
@@ -55,6 +61,20 @@ def test_escaped_text_is_one_printable_line(text):
 @given(st.text().filter(str.isprintable))
 def test_text_without_control_characters_is_unchanged(text):
     assert escape_controls(text) == text
+
+
+def test_tables_and_announcements_have_no_control_characters(monkeypatch, capsys):
+    name = "a\x1b]0;title\x07\n"
+    print_fields(name, {name: name})
+    print_columns(name, [f"<{name}", name], [[name, name]])
+    with TerminalProgress(quiet=False) as progress:
+        progress.announce(name)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with TerminalProgress(quiet=False) as progress:
+        progress.announce(name)
+
+    captured = capsys.readouterr()
+    assert "]0;title" not in (captured.out + captured.err).replace(r"a\x1b]0;title\x07\n", "")
 
 
 def test_short_work_writes_no_progress_line(clock, capsys):
