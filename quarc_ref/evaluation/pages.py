@@ -15,7 +15,8 @@ def fill_page(template: str, parts: Mapping[str, str]) -> bytes:
         parts: HTML of the parts by name.
     """
     skin = resources.files(__package__).joinpath("skin.css").read_text("utf-8")
-    return Template(template).substitute(parts, skin=skin).encode()
+    page = Template(template).substitute(parts, skin=skin)
+    return page.encode(errors="replace")  # the name of a file may be no valid UTF-8
 
 
 def format_lines(values: Mapping[str, object]) -> str:

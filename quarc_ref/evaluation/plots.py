@@ -277,9 +277,11 @@ def _make_figure(row_count: int, height: float = 2.6) -> tuple[Figure, list[Axes
 def _escape_label(name: str) -> str:
     """Return a label that matplotlib shows as it is.
 
-    matplotlib omits labels that start with an underscore, and formats text between dollar signs.
+    matplotlib omits labels that start with an underscore, formats text between dollar signs, and
+    fails at bytes of a file name that are no valid UTF-8. Control characters are replaced, too.
     """
-    escaped_name = name.replace("$", r"\$")
+    printable_name = "".join(c if c.isprintable() else "?" for c in name)
+    escaped_name = printable_name.replace("$", r"\$")
     return f" {escaped_name}" if name.startswith("_") else escaped_name
 
 

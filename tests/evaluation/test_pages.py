@@ -12,6 +12,10 @@ def test_a_page_has_its_parts_and_the_common_style():
     assert "prefers-color-scheme: dark" in page
 
 
+def test_a_name_that_is_no_valid_utf_8_is_shown_with_a_mark():
+    assert fill_page("$skin$text", {"text": "a\udcffb"}).endswith(b"a?b")
+
+
 def test_a_missing_part_is_an_error():
     with pytest.raises(KeyError, match="text"):
         fill_page("$skin $text", {})

@@ -54,7 +54,10 @@ def test_panels_share_one_axis():
     assert plot_curves(single_panel, "step") != plot_curves(single_panel, "step", is_log2=True)
 
 
-@pytest.mark.parametrize("names", [("_a", "_b"), ("a$x_$", "b"), (r"$\frac$", r"\$")])
+@pytest.mark.parametrize(
+    "names", [("_a", "_b"), ("a$x_$", "b"), (r"$\frac$", r"\$"), ("a\udcff", "b\x1b\n")]
+)
+@pytest.mark.filterwarnings("error")
 def test_any_names_can_be_labels_of_curves(names):
     panels = {"PSNR": {name: Curve([1, 2], [3, 4 + i]) for i, name in enumerate(names)}}
     other_panels = {"PSNR": dict(zip(("c", "d"), panels["PSNR"].values(), strict=True))}

@@ -209,7 +209,7 @@ def _format_csv(lines: Sequence[dict[str, object]]) -> bytes:
     writer.writeheader()
     for line in lines:
         writer.writerow({name: _format_cell(value) for name, value in line.items()})
-    return text.getvalue().encode()
+    return text.getvalue().encode(errors="replace")  # the name of a file may be no valid UTF-8
 
 
 def _list_column_names(lines: Iterable[dict[str, object]]) -> list[str]:

@@ -157,6 +157,13 @@ def test_csv_has_a_line_for_each_point_and_view():
     }  # fmt: skip
 
 
+def test_csv_has_a_mark_for_what_is_no_valid_utf_8_in_a_name():
+    comparison = _make_comparison(_make_entry("a\udcffb", "x", 30.0, 10))
+
+    assert b"\na?b,x,stream," in format_points_csv(summarize(comparison))
+    assert b"\na?b,x,0,cam00," in format_views_csv(comparison)
+
+
 def test_csv_has_the_differences_from_the_first_point():
     comparison = _make_comparison(
         _make_entry("a", "x", 30.0, 4096), _make_entry("b", "y", 31.0, 1024)
