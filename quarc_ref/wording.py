@@ -1,4 +1,4 @@
-"""Formats a number with a noun, such as "3 frames"."""
+"""Formats a number with a noun, such as "3 frames", and names for plots and tables."""
 
 
 def format_count(count: int, noun: str) -> str:
@@ -9,3 +9,8 @@ def format_count(count: int, noun: str) -> str:
         noun: Singular of a noun with a plural in -s.
     """
     return f"{count:,} {noun}" if count == 1 else f"{count:,} {noun}s"
+
+
+def replace_unprintable(text: str) -> str:
+    """Replace control characters, and bytes of a file name that are no valid UTF-8, by `?`."""
+    return "".join(character if character.isprintable() else "?" for character in text)

@@ -13,6 +13,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator, StrMethodFormatter
 
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.inspection.stream_summary import KILOBYTE, KINDS, StreamSummary
+from quarc_ref.wording import replace_unprintable
 
 _BLUE, _ORANGE, _GREEN, _GRAY = "#3b6ea8", "#d9822b", "#4f9d69", "#9aa3ad"
 _PURPLE, _TEAL = "#8361a8", "#2f8f8b"
@@ -280,8 +281,7 @@ def _escape_label(name: str) -> str:
     matplotlib omits labels that start with an underscore, formats text between dollar signs, and
     fails at bytes of a file name that are no valid UTF-8. Control characters are replaced, too.
     """
-    printable_name = "".join(c if c.isprintable() else "?" for c in name)
-    escaped_name = printable_name.replace("$", r"\$")
+    escaped_name = replace_unprintable(name).replace("$", r"\$")
     return f" {escaped_name}" if name.startswith("_") else escaped_name
 
 

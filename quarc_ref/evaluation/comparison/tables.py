@@ -10,8 +10,10 @@ from quarc_ref.evaluation.comparison.bd_rate import BjontegaardDeltas
 from quarc_ref.evaluation.comparison.measure import Comparison
 from quarc_ref.evaluation.comparison.summary import OperatingPoint, Statistics, Summary
 from quarc_ref.evaluation.metrics import MAX_DECIBELS
+from quarc_ref.wording import replace_unprintable
 
 _MISSING = "-"
+_FORMULA_STARTS = ("=", "+", "-", "@")  # in spreadsheets, unless a quotation mark precedes them
 # Heading, name of the metric, format.
 COMPARE_METRIC_COLUMNS = (
     ("PSNR", "psnr", ".2f"),
@@ -209,7 +211,7 @@ def _format_csv(lines: Sequence[dict[str, object]]) -> bytes:
     writer.writeheader()
     for line in lines:
         writer.writerow({name: _format_cell(value) for name, value in line.items()})
-    return text.getvalue().encode(errors="replace")  # the name of a file may be no valid UTF-8
+    return text.getvalue().encode()
 
 
 def _list_column_names(lines: Iterable[dict[str, object]]) -> list[str]:
@@ -217,4 +219,7 @@ def _list_column_names(lines: Iterable[dict[str, object]]) -> list[str]:
 
 
 def _format_cell(value: object) -> object:
+    if isinstance(value, str):
+        text = replace_unprintable(value)  # the writer does not quote a carriage return
+        return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
     return "" if value is None or (isinstance(value, float) and math.isnan(value)) else value

@@ -164,6 +164,23 @@ def test_csv_has_a_mark_for_what_is_no_valid_utf_8_in_a_name():
     assert b"\na?b,x,0,cam00," in format_views_csv(comparison)
 
 
+@pytest.mark.parametrize(
+    ("name", "cell"), [("=A1", "'=A1"), ("+A1", "'+A1"), ("-A1", "'-A1"), ("@A1", "'@A1"),
+                       ("\t=A1", "?=A1"), ("a\r=A1", "a?=A1")]
+)  # fmt: skip
+def test_a_name_is_no_formula_of_a_spreadsheet(name, cell):
+    comparison = _make_comparison(_make_entry("a", "x", -30.0, 10))
+    (entry,) = comparison.measured_entries
+    quality = Quality({name: entry.quality.per_camera["cam00"]})
+    renamed = replace(entry, label=Label(name, name), quality=quality)
+    changed = replace(comparison, measured_entries=[renamed])
+    (point,) = csv.DictReader(io.StringIO(format_points_csv(summarize(changed)).decode()))
+    view, _ = csv.DictReader(io.StringIO(format_views_csv(changed).decode()))
+
+    assert (point["method"], point["point"], point["psnr"]) == (cell, cell, "-29.0")
+    assert (view["method"], view["camera"], view["psnr"]) == (cell, cell, "-30.0")
+
+
 def test_csv_has_the_differences_from_the_first_point():
     comparison = _make_comparison(
         _make_entry("a", "x", 30.0, 4096), _make_entry("b", "y", 31.0, 1024)
