@@ -21,6 +21,7 @@ from quarc_ref.inspection.stream_summary import KINDS, StreamSummary
 from quarc_ref.wording import format_count
 
 DIFFERENCE_GAIN = 4
+_MAX_NAME_LENGTH = 100
 
 
 def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
@@ -45,8 +46,11 @@ def write_report(evaluation: Evaluation, folder: OutputFolder) -> Path:
 
 
 def _name_file(view: View, name: str) -> str:
-    """Return a safe file name for a camera name, which can be any text, such as a path."""
-    camera = re.sub(r"[^A-Za-z0-9-]", "_", view.camera)
+    """Return a safe file name for a camera name, which can be any text, such as a long path.
+
+    All views are of the same camera, so its name may be shortened.
+    """
+    camera = re.sub(r"[^A-Za-z0-9-]", "_", view.camera)[:_MAX_NAME_LENGTH]
     return f"{camera}_{view.frame:04}_{name}.png"
 
 
