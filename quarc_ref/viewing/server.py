@@ -61,6 +61,8 @@ class Server(ThreadingHTTPServer):
 
     # On other systems, this option would allow two servers to share a port.
     allow_reuse_address = os.name == "posix"
+    # With Python's 5, connections of several browsers that open the page at once wait for seconds.
+    request_queue_size = 128
 
     def __init__(
         self,

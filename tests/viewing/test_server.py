@@ -250,6 +250,12 @@ def _occupy_two_ports(stack):
             return port
 
 
+def test_many_connections_are_made_even_before_the_server_accepts_one():
+    with Server((_HOST, 0), {}) as server, ExitStack() as stack:
+        for _ in range(32):
+            stack.enter_context(socket.create_connection(server.server_address[:2], timeout=1))
+
+
 def test_if_a_port_is_in_use_one_of_the_next_is_chosen():
     with ExitStack() as stack:
         port = _occupy_two_ports(stack)
