@@ -4,7 +4,8 @@ Any website can make a browser send requests to this machine. In a DNS rebinding
 header of the request contains a host name of the attacker. In most other attacks, the Origin header
 contains the address of the attacking website. Requests with such a Host or Origin header are
 rejected, and so are requests whose URL does not contain the token. The token is a random part of
-the page's URL; it changes with each run and is unknown to other users and machines.
+the page's URL; it changes with each run and is unknown to other machines. If `view` opens a
+browser, other users of this machine can read it in the list of processes.
 """
 
 import hmac
