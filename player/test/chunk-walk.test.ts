@@ -51,6 +51,12 @@ test("a frame of a growing stream is counted when its last byte has arrived", ()
     assert.ok(walkAfter.advance());
     assert.equal(walkAfter.lastFrame, frameCount === 0 ? null : frameCount - 1);
     assert.equal(walkAfter.hasEnded, chunkType === "TAIL");
+    for (const walk of [walkBefore, walkAfter]) { // if the size is not known, the same frames have arrived
+      const arrived = stream.subarray(0, walk === walkAfter ? end : end - 1);
+      const walkWithoutSize = new ChunkWalk(makePartialStream(arrived, null));
+      assert.equal(walkWithoutSize.advance(), walkWithoutSize.hasEnded);
+      assert.deepEqual([walkWithoutSize.lastFrame, walkWithoutSize.hasEnded], [walk.lastFrame, walk.hasEnded]);
+    }
   }
 });
 

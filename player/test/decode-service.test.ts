@@ -152,3 +152,48 @@ test("a seek does not request available bytes", async () => {
   assert.deepEqual(recorder.frames.map(({ frame }) => frame), [0, 7, 8]);
   assert.equal(server.requests.length, requestCount, "the whole stream has already been received");
 });
+
+test("a seek past the end of a stream that begins at frame 7 goes to its last frame, with and without the index", async () => {
+  for (const supportsRanges of [true, false]) { // without, the index cannot be read before the frames
+    await using server = await StreamServer.start(readVector("streams/seek-outside"), { supportsRanges });
+    const recorder = new ReplyRecorder();
+    recorder.decoding.handle({ kind: "open", source: { url: server.url }, run: 0 });
+    recorder.decoding.handle({ kind: "more", frames: 1, run: 0 });
+    await recorder.waitUntil(() => recorder.frames.length === 1);
+    recorder.decoding.handle({ kind: "seek", frame: Infinity, run: 1, clampToLast: true });
+    recorder.decoding.handle({ kind: "more", frames: 9, run: 1 });
+    await recorder.waitUntil(() => recorder.hasReply("end", 1));
+    recorder.decoding.handle({ kind: "close" });
+    assert.deepEqual(recorder.frames.map(({ frame }) => frame), [7, 8]);
+    const ends = recorder.replies.flatMap((reply) => (reply.kind === "end" ? [reply.frameCount] : []));
+    assert.deepEqual(ends, [2]);
+  }
+});
+
+test("a frame has the bytes and the decode time of its own; after a seek, the bytes are unknown", async (context) => {
+  let time = 0;
+  context.mock.method(performance, "now", () => ++time);
+  const recorder = new ReplyRecorder();
+  recorder.open("journey-without-index");
+  recorder.decoding.handle({ kind: "more", frames: 9, run: 0 });
+  await recorder.waitUntil(() => recorder.frames.length === 9);
+  const { frames } = recorder;
+  const tailBytes = 40;
+  assert.equal(frames.reduce((sum, { bytes }) => sum + (bytes ?? NaN), 0), readVector("streams/journey-without-index").length - tailBytes);
+  assert.equal(frames[1]?.decodeMs, 2); // between two reads of the clock each: decoding, and making the packet
+  assert.equal(frames[8]?.decodeMs, 2);
+  recorder.decoding.handle({ kind: "seek", frame: 4, run: 1 });
+  recorder.decoding.handle({ kind: "more", frames: 2, run: 1 });
+  await recorder.waitUntil(() => recorder.frames.length === 11);
+  assert.deepEqual(recorder.frames.slice(9).map(({ bytes }) => bytes), [null, frames[5]?.bytes]);
+});
+
+test("the description is posted again only when it has changed", async () => {
+  const recorder = new ReplyRecorder();
+  recorder.open("journey"); // has metadata after frame 3
+  recorder.decoding.handle({ kind: "more", frames: 10, run: 0 }); // the end takes the place of a frame
+  await recorder.waitUntil(() => recorder.hasReply("end", 0));
+  const infos = recorder.replies.flatMap((reply) => (reply.kind === "info" ? [reply.info] : []));
+  assert.equal(new Set(infos.map((info) => JSON.stringify(info))).size, infos.length);
+  assert.deepEqual([infos[0]?.frameCount, infos.at(-1)?.frameCount], [null, 9]);
+});
