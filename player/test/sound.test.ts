@@ -169,3 +169,35 @@ test("a failure is reported once, and another file can follow", () => {
   show(2);
   assert.deepEqual([sound.state, audio.paused], ["ready", false]);
 });
+
+test("a new file, or none, replaces the file, and a click after the disposal starts nothing", async () => {
+  FakeAudio.playError = "NotAllowedError";
+  const { sound, audio, show } = makeSound();
+  show(1);
+  await Promise.resolve();
+  assert.equal(sound.state, "blocked");
+  sound.dispose();
+  FakeAudio.playError = null;
+  window.dispatchEvent(new Event("click"));
+  assert.deepEqual([sound.state, audio.paused, sound.url], ["blocked", true, null]);
+  const { sound: other, audio: otherAudio, show: showOther } = makeSound();
+  other.url = null;
+  showOther(1);
+  assert.deepEqual([other.state, otherAudio.paused], ["none", true]);
+});
+
+test("audio that cannot be sought is downloaded, and its copy is released with it", async (context) => {
+  const urls: string[] = [];
+  context.mock.method(globalThis, "fetch", async () => new Response("audio"));
+  context.mock.method(URL, "createObjectURL", () => `blob:${urls.push("")}`);
+  context.mock.method(URL, "revokeObjectURL", (url: string) => urls.push(url));
+  const { sound, audio } = makeSound();
+  for (const end of [9.95, 1, 1]) {
+    audio.seekable = { length: 1, end: () => end };
+    audio.dispatchEvent(new Event("loadedmetadata"));
+    await new Promise((resolve) => setImmediate(resolve));
+    assert.equal(audio.src, end === 1 ? "blob:1" : "a.wav");
+  }
+  sound.url = "b.wav";
+  assert.deepEqual([audio.src, urls], ["b.wav", ["", "blob:1"]]);
+});
