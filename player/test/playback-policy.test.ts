@@ -305,11 +305,26 @@ test("a loop shows the next lap without a gap", () => {
   advance(1);
   assert.deepEqual([rig.playback.frame, rig.takeRequests()], [0, [1]]);
   rig.playback.step(1);
+  rig.reply({ kind: "end", frameCount: 2, run: 3 });
+  rig.send(4, 0);
+  assert.equal(rig.playback.bufferedFrames, 1);
   rig.playback.isLooping = false;
+  rig.send(4, 1);
+  assert.equal(rig.playback.bufferedFrames, 0, "the next lap is dropped at once");
+});
+
+test("a loop also begins its next lap after a seek to the last frame", () => {
+  const rig = Rig.open(1);
   rig.playback.isLooping = true;
-  assert.deepEqual([rig.playback.frame, rig.playback.bufferedFrames], [1, 0]);
-  rig.send(3, 0);
-  assert.equal(rig.playback.bufferedFrames, 0, "frames of the lap before the loop was disabled");
+  rig.playback.play();
+  rig.playback.setFrame(2);
+  rig.isSlow = true;
+  rig.send(2, 2);
+  rig.reply({ kind: "end", frameCount: 3, run: 2 }); // while frame 2 is being sorted
+  rig.finishShowing();
+  rig.takeRequests();
+  advance(FRAME_MS);
+  assert.deepEqual([rig.takeRequests(), rig.playback.isPlaying, rig.endCount], [["seek 0", 12], true, 0]);
 });
 
 test("a stream of one frame ends, also in a loop", () => {
