@@ -104,6 +104,9 @@ test("in a browser that moves audio slowly, the audio is moved ahead of the pict
   assert.deepEqual(audio.moves.map((time) => time.toFixed(2)), ["1.00", "2.20"]);
   show(7); // a seek does not change this
   assert.equal(audio.moves.at(-1)?.toFixed(2), "7.20");
+  show(7.5, { isPlaying: false });
+  assert.equal(audio.moves.at(-1), 7.5, "audio that is silent is not ahead");
+  show(7.5);
   audio.runTo(8.2); // the browser is fast again
   show(8);
   assert.equal(audio.moves.at(-1)?.toFixed(2), "8.00");
@@ -120,6 +123,14 @@ test("audio that is being moved is left alone", () => {
   assert.deepEqual(audio.moves, [1, 6]);
 });
 
+test("audio waits if no picture follows in the duration of a picture, which depends on the speed", (context) => {
+  const { show } = makeSound();
+  const delays: unknown[] = [];
+  context.mock.method(window, "setTimeout", (_: unknown, delay: number) => delays.push(delay));
+  for (const speed of [0.5, 4]) show(1, { durationSeconds: 2, speed });
+  assert.deepEqual(delays, [4100, 600]);
+});
+
 test("without pictures, during a pause, before its start and after its end, audio is silent", async () => {
   const { audio, show } = makeSound(-1);
   const isSilent = (seconds: number, more: Partial<ShownPicture> = {}): boolean => {
@@ -127,6 +138,7 @@ test("without pictures, during a pause, before its start and after its end, audi
     return audio.paused;
   };
   assert.deepEqual([0.5, 1.5, 11.5, 2].map((seconds) => isSilent(seconds)), [true, false, true, false]);
+  assert.ok(audio.moves.every((time) => time >= 0 && time < 10), `${audio.moves}`);
   assert.deepEqual([isSilent(2, { isPlaying: false }), isSilent(2)], [true, false]);
   assert.deepEqual([0.05, 1 / 16, 16, 17].map((speed) => isSilent(2, { speed })), [true, false, false, true]);
   assert.equal(isSilent(3, { durationSeconds: 0.01 }), false);

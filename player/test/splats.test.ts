@@ -48,6 +48,7 @@ test("apply returns the slots that a packet lists and, for a full packet, all sl
   }
   const oldSlotLimit = splats.slotLimit;
   assert.equal(splats.apply(packets[0] as FramePacket).length, Math.max(oldSlotLimit, packets[0]?.slotLimit ?? 0));
+  assert.deepEqual([splats.slotLimit, listUsedSlots(splats).length], [packets[0]?.slotLimit, packets[0]?.count]);
 });
 
 test("values are dequantized as in SPEC 10", async () => {

@@ -186,10 +186,12 @@ test("the pressed keys are forgotten when the canvas loses the focus, and nothin
   assertNear(locate(PIVOT), [0, 0, 4]);
 });
 
-test("a flip also turns a headset upside down", () => {
-  const { viewer } = makeView();
+test("a flip rotates the picture by 180 degrees, and turns a headset upside down", () => {
+  const { viewer, locate } = makeView();
   assert.deepEqual(viewer.placeHeadset()?.up, [0, -1, 0]);
+  const [x, y, depth] = locate([1, 0.5, 1]);
   viewer.flip();
+  assertNear(locate([1, 0.5, 1]), [-x, -y, depth]);
   assert.deepEqual(viewer.placeHeadset()?.up.map((value) => value + 0), [0, 1, 0]);
 });
 
@@ -205,8 +207,8 @@ test("a view is that of its camera until it is moved, and again when the camera 
 });
 
 test("the pivot is at the median depth of the points in the picture", () => {
-  const inside: readonly Vector[] = [[0, 0, -3], [1.9, 0, 1], [0, 1.4, 1], [0, 0, 9], [-0.9, -0.7, -1.5]];
-  const outside: readonly Vector[] = [[2.1, 0, 1], [0, 1.6, 1], [-2.1, 0, 1], [0, -1.6, 1], [0, 0, -5], [0, 0, -3.95]];
+  const inside: readonly Vector[] = [[0, 0, -3], [1.9, 0, 1], [0, 1.7, 2], [0, 0, 9], [-0.9, -0.7, -1.5]];
+  const outside: readonly Vector[] = [[8.5, 0, 16], [0, 6.5, 16], [-8.5, 0, 16], [0, -6.5, 16], [0, 0, -5], [0, 0, -3.95]];
   assert.equal(findDistance(CAMERA, Float32Array.from([...inside, ...outside].flat())), 5);
   assert.equal(findDistance(CAMERA, null), 0.2);
 });
