@@ -5,6 +5,8 @@ import { browserTest, PlayerPage } from "./browser.js";
 import { makeEmulatorScript, SIZE } from "./emulator.js";
 import type { Pixels } from "./png.js";
 
+declare let between: number[]; // on the page
+
 const SLOW_SPEED = 0.0005; // a frame lasts a minute
 
 /**
@@ -71,6 +73,27 @@ browserTest("slow motion shows pictures between two frames, and a pause shows th
     // Gaussians at the same depth may be drawn in another order.
     assert.ok(pausedPicture.every((value, index) => Math.abs(value - (after[index] ?? 0)) <= 2), `frame ${frame}, paused`);
   }
+});
+
+browserTest("in slow motion, a canonical frame is shown at once, because its Gaussians are others", async () => {
+  await using page = await PlayerPage.open({ attributes: `speed="${SLOW_SPEED}"`, initScript: WATCH_PROGRESS });
+  await page.waitUntil(({ info }) => (info?.canonicalFrames.length ?? 0) > 1);
+  const isBetween = await page.run(async (player) => {
+    const canonicalFrame = player.info!.canonicalFrames[1]!;
+    const states: boolean[] = [];
+    for (const frame of [canonicalFrame, canonicalFrame + 1]) {
+      await player.setFrame(frame - 1);
+      const shown = new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+      player.play();
+      await shown;
+      between = [];
+      for (let count = 0; count < 3; count++) await new Promise((resolve) => requestAnimationFrame(resolve));
+      states.push(between.length > 0);
+      player.pause();
+    }
+    return states;
+  });
+  assert.deepEqual(isBetween, [false, true]);
 });
 
 browserTest("at normal speed, only a headset shows pictures between two frames", async () => {

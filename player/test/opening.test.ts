@@ -1,9 +1,12 @@
 /** Opening streams by the element and by programs: addresses, bytes, first frames and cameras. */
 
 import assert from "node:assert/strict";
+import { KEEP_AUDIO, makeWav } from "./audio-file.js";
 import { browserTest, PlayerPage, type PlayerElement } from "./browser.js";
 import type { StreamError } from "../src/stream-error.js";
 import { readVector } from "./server.js";
+
+declare const audioElement: HTMLAudioElement; // on the page
 
 browserTest("opening at a frame shows no other frame before it", async () => {
   await using page = await PlayerPage.open({ attributes: null, bitsPerSecond: 1e6 });
@@ -280,4 +283,22 @@ browserTest("a program draws on its own canvas, and receives errors", async () =
   assert.deepEqual([picture.fault.kind, picture.fault.rejectId], ["network", null]);
   assert.deepEqual(picture.pictures, ["DrawingError", "DrawingError"]);
   assert.equal(picture.laterStatistics, null);
+});
+
+browserTest("a stream that begins at frame 7 begins at second 0, at the left of the slider, and within its audio", async () => {
+  const [stream, files] = [readVector("streams/seek-outside"), { "/sound.wav": makeWav(5) }];
+  await using page = await PlayerPage.open({ stream, files, attributes: 'audio="sound.wav" audio-start="1"', initScript: KEEP_AUDIO });
+  await page.waitUntil(({ frame, info }) => frame === 7 && info?.frameCount === 2);
+  const state = await page.run(async (element) => {
+    const player = element.player!;
+    const rate = player.info!.timescale / player.info!.frameTicks;
+    const audioFrame = Math.round((audioElement.currentTime - 1) * rate);
+    const times = [player.currentTime, player.duration! * rate, await player.seek(1 / rate), player.currentTime * rate];
+    element.shadowRoot!.querySelector("canvas")!.dispatchEvent(new KeyboardEvent("keydown", { key: "Home", bubbles: true }));
+    while (player.frame !== 7) await new Promise((resolve) => player.addEventListener("frame", resolve, { once: true }));
+    await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve)));
+    const { min, max, value } = element.shadowRoot!.querySelector("input")!;
+    return { audioFrame, times: times.map((time) => Math.round(1e6 * time!) / 1e6), slider: [min, max, value] };
+  });
+  assert.deepEqual(state, { audioFrame: 7, times: [0, 2, 8, 1], slider: ["7", "8", "7"] });
 });

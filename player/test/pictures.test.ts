@@ -128,3 +128,40 @@ browserTest("pictures of fewer Gaussians than the player draws at once match, to
   if (referenceSkipReason) return context.skip(referenceSkipReason);
   await checkPictures(context, readVector("streams/cameras-and-metadata"), ["left"], [0]);
 });
+
+browserTest("a picture from the other side leaves the order on the screen as it is", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const before = await page.takeScreenshot();
+  await page.run(async ({ player }) => {
+    const camera = player!.cameras[0]!;
+    const rotation = camera.rotation.map((value, index) => (Math.floor(index / 3) === 1 ? value : -value)); // looks back
+    await player!.takePicture({ ...camera, rotation });
+    player!.camera = camera.name; // draws again
+    for (let count = 0; count < 2; count++) await new Promise((resolve) => requestAnimationFrame(resolve));
+  });
+  const after = await page.takeScreenshot();
+  for (let y = 0; y < before.height / 2; y += 3) {
+    for (let x = 0; x < before.width; x += 3) assert.deepEqual(after.pixelAt(x, y), before.pixelAt(x, y), `${x}, ${y}`);
+  }
+});
+
+/** Let every frame after the first have so many slots that the textures, which have 16 384 texels at first, must grow. */
+const NEED_MANY_SLOTS = `
+  const { get, set } = Object.getOwnPropertyDescriptor(Worker.prototype, "onmessage");
+  const growPacket = ({ packet }) => packet?.frame > 0 && (packet.slotLimit = 20_000);
+  const wrap = (handler) => handler && ((event) => (growPacket(event.data), handler(event)));
+  Object.defineProperty(Worker.prototype, "onmessage", { get, set(handler) { set.call(this, wrap(handler)); } });`;
+
+browserTest("Gaussians stay when the textures grow", async () => {
+  const pictures: number[][] = [];
+  for (const initScript of ["", NEED_MANY_SLOTS]) {
+    await using page = await PlayerPage.open({ initScript });
+    await page.waitUntil((player) => player.frame === 0);
+    pictures.push(await page.run(async (player) => {
+      await player.step(1);
+      return [...(await player.takePicture(0))];
+    }));
+  }
+  assert.deepEqual(pictures[1], pictures[0]);
+});
