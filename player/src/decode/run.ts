@@ -192,7 +192,6 @@ export class Run {
 
   /** Look for the index, and post its contents. */
   async #findIndex(quarc: QuarcModule): Promise<void> {
-    if (this.#stream.isIndexPosted) return;
     await this.#stream.findIndex(quarc);
     const { index, isIndexPosted } = this.#stream;
     if (index !== null && !isIndexPosted) this.#postInfo();
