@@ -302,3 +302,14 @@ browserTest("a stream that begins at frame 7 begins at second 0, at the left of 
   });
   assert.deepEqual(state, { audioFrame: 7, times: [0, 2, 8, 1], slider: ["7", "8", "7"] });
 });
+
+browserTest("the statistics of a stream end when another is opened", async () => {
+  await using page = await PlayerPage.open();
+  await page.waitUntil((player) => player.frame === 0);
+  const statistics = await page.run((player) => {
+    const before = player.statistics?.gaussians ?? 0;
+    player.setAttribute("src", "stream.quarc?2");
+    return [before > 0, player.statistics];
+  });
+  assert.deepEqual(statistics, [true, null]);
+});
