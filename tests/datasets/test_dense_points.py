@@ -35,9 +35,10 @@ def dense_points(cameras_and_pictures):
 def test_most_pixels_become_points_on_the_plane_in_the_pictures(dense_points):
     plane_distances = np.abs(dense_points.positions[:, 1])
 
-    # A pixel is 0.027 units wide at the plane, 4 units away.
+    # A pixel is 0.027 units wide at the plane, 4 units away. Depths of single cameras have errors
+    # that are twice as large.
     assert len(plane_distances) > 0.5 * 5 * 160 * 120 or len(plane_distances) == 40_000
-    assert np.median(plane_distances) < 0.01
+    assert np.median(plane_distances) < 0.004
     assert np.mean(plane_distances < 0.1) > 0.99
 
 
