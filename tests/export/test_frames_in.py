@@ -360,6 +360,8 @@ def test_a_4dgs_with_linear_motion_is_sampled(tmp_path):
 
     assert (imported.count, imported.frames_per_second) == (10, 10)
     assert [len(ids) for _, ids in frames] == [15] * 5 + [20] * 5
+    middle = positions[:15].mean(axis=0) + np.array([0.2 * 0.05, 0, 0])
+    assert frames[0][0].positions.mean(axis=0) == pytest.approx(middle, abs=0.002)
     common_rows = np.intersect1d(frames[0][1], frames[4][1], return_indices=True)[1:]
     displacements = frames[4][0].positions[common_rows[1]] - frames[0][0].positions[common_rows[0]]
     assert displacements == pytest.approx(np.tile([0.08, 0, 0], (15, 1)), abs=0.01)
