@@ -8,7 +8,8 @@ import pytest
 
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.evaluation.same_capture import MismatchError
-from rate import command
+from rate import command, rows
+from rate.converters import RoundTripScene
 from tests.datasets import scenes
 from tests.evaluation.capture_streams import write_stream
 
@@ -54,6 +55,26 @@ def test_everything_that_needs_no_npm_is_measured(capture, stream_folder, monkey
     assert [(claim["is"], claim["holds"]) for claim in gain_claims] == [(0, True)]
     assert report["machine"]["cores"] > 0
     assert {path.name for path in stream_folder.iterdir()} >= OUTPUT_NAMES
+
+
+def test_frame_0_in_other_formats_is_compared_in_size_and_quality(
+    capture, stream_folder, monkeypatch, capsys
+):
+    def convert_without_loss(splats, format_name, _folder):
+        return RoundTripScene(5000, format_name.upper(), splats)
+
+    monkeypatch.setattr(rows, "convert_and_restore", convert_without_loss)
+    options = ("--streams", stream_folder, "--preset", "main", "--no-paper", "--json")
+    report = json.loads(_run_rate(monkeypatch, capsys, capture, *options))
+
+    rows_by_coder = {row["coder"]: row for row in report["rows"]}
+    psnr = rows_by_coder["the file"]["psnr_first"]
+    for coder in ("SPZ", "SOG"):
+        row = rows_by_coder[coder]
+        assert (row["canonical"], row["psnr_first"]) == (5000, pytest.approx(psnr))
+        name = f"PSNR of frame 0 minus that of {coder}, dB"
+        (gain,) = [claim["is"] for claim in report["claims"] if claim["claim"] == name]
+        assert gain == pytest.approx(0, abs=1e-6)
 
 
 def test_tables_and_csv_agree(capture, stream_folder, monkeypatch, capsys):
