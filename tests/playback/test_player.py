@@ -67,8 +67,11 @@ def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
     shown = []
     with Player(_STREAM, threads=threads) as player:
         player.play(lambda frame: shown.append((frame.scene.frame, threading.get_ident())), 2, 6)
+        all_frames = []
+        player.play(all_frames.append)
 
     assert shown == [(ordinal, threading.get_ident()) for ordinal in range(2, 6)]
+    assert [frame.scene.frame for frame in all_frames] == list(range(len(_DIGESTS)))
 
 
 def _change_payload(chunk_index, change):
