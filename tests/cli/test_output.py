@@ -1,4 +1,5 @@
 import io
+import logging
 import math
 
 import pytest
@@ -7,6 +8,7 @@ from hypothesis import strategies as st
 
 from quarc_ref.cli import output
 from quarc_ref.cli.output import (
+    MessageHandler,
     TerminalProgress,
     escape_controls,
     print_columns,
@@ -28,6 +30,14 @@ def test_json_has_only_numbers_that_json_allows(capsys):
         print_json("eval/1", {"psnr": math.inf})
 
     assert capsys.readouterr().out == ""
+
+
+def test_a_logged_message_is_printed_only_once(capsys):
+    handler = MessageHandler()
+    for message in ("first", "second", "first"):
+        handler.handle(logging.makeLogRecord({"msg": message}))
+
+    assert capsys.readouterr().err == "quarc-ref: first\nquarc-ref: second\n"
 
 
 def test_a_table_wraps_long_values_and_loses_no_letter(capsys):
