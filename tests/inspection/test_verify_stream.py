@@ -49,6 +49,7 @@ def test_a_stream_without_frames_is_verified():
     verification = verify_stream(BytesSource(body + build_chunk(b"TAIL", 3, tail)))
 
     assert (verification.frames, verification.sha256, verification.seek_points) == (0, None, 0)
+    assert (verification.maxima["gaussians"], verification.maxima["births"]) == (0, 0)
 
 
 def test_a_seek_point_that_gives_another_state_is_detected(monkeypatch):
