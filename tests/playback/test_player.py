@@ -226,6 +226,9 @@ def test_a_closed_player_leaves_no_thread_behind():
     player.close()
 
     assert threading.active_count() == thread_count
+    with player:
+        next(player.frames())
+    assert threading.active_count() == thread_count
 
 
 def test_the_stages_are_timed():
