@@ -52,7 +52,9 @@ def method_outputs(tmp_path_factory):
 def compare():
     """A function that opens and measures paths; each path without a label is a method."""
 
-    def open_and_measure(*paths, span=(0, None), lpips=None, **options):
+    def open_and_measure(
+        *paths, span=(0, None), lpips=None, on_progress=ignore_progress, **options
+    ):
         sources = [
             path
             if isinstance(path, EntrySource)
@@ -61,6 +63,6 @@ def compare():
         ]
         options = ComparisonOptions(stop=span[1], **options)
         inputs = open_entries(sources, options, ignore_progress)
-        return measure_entries(inputs, span, lpips, ignore_progress)
+        return measure_entries(inputs, span, lpips, on_progress)
 
     return open_and_measure

@@ -26,8 +26,13 @@ def _list_means(comparison, name="psnr"):
 
 
 def test_a_stream_has_the_same_figures_as_in_eval(method_outputs, compare):
-    outputs = method_outputs.folder
-    comparison = compare(outputs / "a.quarc", outputs / "plys", capture=method_outputs.capture)
+    outputs, reports = method_outputs.folder, []
+    comparison = compare(
+        outputs / "a.quarc",
+        outputs / "plys",
+        capture=method_outputs.capture,
+        on_progress=lambda *report: reports.append(report),
+    )
     evaluation = evaluate_stream(
         (outputs / "a.quarc").read_bytes(), method_outputs.capture, ignore_progress
     )
@@ -35,6 +40,7 @@ def test_a_stream_has_the_same_figures_as_in_eval(method_outputs, compare):
     assert comparison.measured_entries[0].quality.per_camera == evaluation.quality.per_camera
     assert comparison.frames == (0, 1, 2, 3)
     assert comparison.cameras == ("cam01", "cam04")
+    assert reports == [("compare", count, 4) for count in (1, 2, 3, 4)]
 
 
 def test_ply_files_and_renders_have_the_quality_of_the_stream(method_outputs, compare):
