@@ -89,6 +89,7 @@ def test_the_page_lists_every_camera_with_its_error(rig, tmp_path):
     assert "my &lt;rig&gt;: 7 of 7 cameras calibrated" in page
     for name, fit in rig.solution.fits.items():
         assert f"<td>{name}</td><td>{fit.mean_error:.2f}</td>" in page
+    assert f"<td>{rig.world.cameras[0].name} and 6 more</td>" in page
     assert "All cameras were calibrated" in page
     assert "data:image/png;base64," in page
 
