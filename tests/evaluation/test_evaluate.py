@@ -148,6 +148,11 @@ def test_only_the_measured_frames_must_be_in_the_capture(capture, folder):
         evaluate_stream(data, folder, ignore_progress, EvaluationOptions((2, 5)))
 
 
+def test_a_range_without_frames_is_rejected(stream, folder):
+    with pytest.raises(MismatchError, match="no frames in this range; its frames are 0 to 3"):
+        evaluate_stream(stream, folder, ignore_progress, EvaluationOptions((4, None)))
+
+
 def test_a_damaged_stream_is_rejected_before_the_capture_is_read(stream, tmp_path):
     with pytest.raises(BitstreamError):
         evaluate_stream(stream[:-1], tmp_path / "none", ignore_progress)
