@@ -288,3 +288,17 @@ def test_a_parent_in_which_no_folder_can_be_made_is_an_error(tmp_path, monkeypat
 
     with pytest.raises(FileNotFoundError), written_folder(tmp_path / "out"):
         pytest.fail("the folder was made")
+
+
+def test_a_file_is_copied_where_the_file_system_has_no_hard_links(tmp_path, monkeypatch):
+    def reject(*_):
+        raise OSError(errno.EXDEV, "Invalid cross-device link")
+
+    monkeypatch.setattr(os, "link", reject)
+    (tmp_path / "source").write_bytes(b"recording")
+    with written_folder(tmp_path / "folder") as folder:
+        path = folder.link("copy", tmp_path / "source")
+
+    assert path.name == "copy"
+    assert (tmp_path / "folder" / "copy").read_bytes() == b"recording"
+    assert (tmp_path / "source").read_bytes() == b"recording"
