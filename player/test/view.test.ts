@@ -131,6 +131,9 @@ test("the wheel, the keys + and -, and two fingers zoom, and never beyond the pi
   assertNear([readDepth()], [4 * Math.exp(0.1)]);
   canvas.send("wheel", { deltaMode: 1, deltaY: -5 }); // lines
   assertNear([readDepth()], [4]);
+  canvas.send("wheel", { deltaMode: 2, deltaY: 1 }); // a page
+  canvas.send("wheel", { deltaMode: 1, deltaY: -20 });
+  assertNear([readDepth()], [4]);
   canvas.send("keydown", { key: "+" });
   assertNear([readDepth()], [3.6]);
   canvas.send("keydown", { key: "-" });

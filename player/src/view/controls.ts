@@ -4,6 +4,7 @@ import type { Viewer } from "./viewer.js";
 
 const RADIANS_PER_WIDTH = 4;
 const ZOOM_PER_WHEEL_PIXEL = 0.001;
+const PIXELS_PER_WHEEL_UNIT = [1, 20, 400]; // by deltaMode: pixels, lines, pages
 const FLIGHT_SPEED = 0.8; // distances to the pivot per second
 const RADIANS_PER_KEY = 0.06;
 
@@ -102,7 +103,7 @@ export class Controls {
 
   #handleWheel(event: WheelEvent): void {
     event.preventDefault();
-    const pixels = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 20 * event.deltaY : event.deltaY;
+    const pixels = (PIXELS_PER_WHEEL_UNIT[event.deltaMode] ?? 1) * event.deltaY;
     this.#viewer.approach(Math.exp(pixels * ZOOM_PER_WHEEL_PIXEL));
   }
 
