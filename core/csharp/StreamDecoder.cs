@@ -273,7 +273,7 @@ namespace Quarc
             handle.Dispose();
         }
 
-        /// <summary>Checks that a range is in an array.</summary>
+        /// <summary>Returns whether a range is empty; throws if it is not in the array.</summary>
         private static bool IsEmpty(byte[] bytes, int offset, int count)
         {
             if (bytes == null)
