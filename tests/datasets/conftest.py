@@ -24,3 +24,19 @@ def n3dv_folder(tmp_path_factory, shots, points):
 def pictures(n3dv_folder, shots):
     """Decoded pictures `[camera][frame]` of the videos in `n3dv_folder`."""
     return [scenes.read_video(n3dv_folder / f"{shot.name}.mp4") for shot in shots]
+
+
+@pytest.fixture(scope="session")
+def video(tmp_path_factory):
+    """An mp4 file of `scenes.VIDEO_FRAME_COUNT` frames, with its frame table at the start."""
+    shot = scenes.make_shots()[0]
+    path = tmp_path_factory.mktemp("video") / "cam00.mp4"
+    pictures = [scenes.render(shot, frame_time) for frame_time in range(scenes.VIDEO_FRAME_COUNT)]
+    scenes.write_video(path, pictures, faststart=True)
+    return path
+
+
+@pytest.fixture(scope="session")
+def decoded_frames(video):
+    """The frames of `video`."""
+    return scenes.read_video(video)

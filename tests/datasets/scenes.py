@@ -16,6 +16,7 @@ from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.points_ply import write_points_ply
 
 FRAMES_PER_SECOND = 30
+VIDEO_FRAME_COUNT = 11  # of the fixture `video`
 _UNSTATED_MATRIX = 2
 _UNSTATED_ASPECT = Fraction(0)
 
