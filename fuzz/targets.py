@@ -12,11 +12,12 @@ from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 
-from quarc_ref.datasets.capture_notes import NOTES_NAME, read_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.layouts import colmap, easymocap, n3dv, panoptic, transforms_json
 from quarc_ref.datasets.layouts.transforms_entries import read_transforms
 from quarc_ref.datasets.named_files import NamedFileResolver
+from quarc_ref.datasets.notes_file import read_capture_notes
 from quarc_ref.datasets.opencv_yaml import parse_yaml
 from quarc_ref.datasets.points_ply import read_points_ply
 from quarc_ref.datasets.still_header import read_still_header

@@ -109,7 +109,7 @@ def _fit_free_gaussians(
         _choose_learning_rates(rung, scene.header, config, context.views.extent),
     )
     trainer = Trainer(start_attributes, tuple(rates))
-    views = context.views.shuffled_indices(context.generator(frame, "ladder"))
+    views = context.views.shuffled_indices(context.generator(frame, "ladder"), frame)
     for step in range(iterations):
         if "deaths" in rung.free and step == round(_DELETION_PROGRESS * iterations):
             deletion_mask = choose_deletions(

@@ -16,7 +16,8 @@ import numpy as np
 from quarc_ref.calibration.calibrate import Calibration
 from quarc_ref.datasets.arrangements import is_video
 from quarc_ref.datasets.calibration import CalibratedCamera, Lens
-from quarc_ref.datasets.capture_notes import NOTES_NAME, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.points_ply import write_points_ply
 from quarc_ref.files import OutputFolder
 

@@ -21,6 +21,10 @@ from quarc_ref.format.errors import BitstreamError, ResumeError
 
 _PART_SUFFIX = ".part"
 _SEGMENTS_SUFFIX = ".segments"
+_UNREADABLE_ADVICE = (
+    ", or with a smaller --frames to leave them out, or with ignored_frames in quarc-capture.json "
+    "to use only the other cameras"
+)
 
 
 @contextmanager
@@ -141,7 +145,7 @@ def _report_kept_files(path: Path) -> Iterator[None]:
         raise KeyboardInterrupt(message) from error
     except (CaptureError, JobsError, OSError) as error:
         is_unreadable = isinstance(error, CaptureError)
-        alternative = ", or with a smaller --frames to leave them out" if is_unreadable else ""
+        alternative = _UNREADABLE_ADVICE if is_unreadable else ""
         kept_files = _describe_kept_files(path, alternative)
         if kept_files:
             _append_to_message(error, kept_files)

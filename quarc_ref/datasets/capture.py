@@ -108,7 +108,7 @@ class Capture:
         full_capture: The whole capture, if this capture is only a part of it; otherwise None.
         findings: Problems that the loader found, and assumptions that it made.
         start: Frame of the synchronized recording that becomes frame 0 of the capture.
-        notes: Up direction and scale of the scene.
+        notes: Up direction and scale of the scene, and frames of single cameras that are ignored.
         masks: Source of the masks; None if all pixels are used.
         alphas: Source of the alpha of the pictures; None if they are opaque.
         stored_pictures: The pictures before they are undistorted and downscaled; None if they are
@@ -160,6 +160,15 @@ class Capture:
         """Indices of the cameras held out for evaluation."""
         return tuple(i for i, camera in enumerate(self.cameras) if camera.held_out)
 
+    def is_used(self, camera: int, frame: int) -> bool:
+        """Return whether a picture is used: the notes may ignore frames of single cameras."""
+        name = self.cameras[camera].name
+        return not self.notes.ignored_frames.contains(name, self.start + frame)
+
+    def training_at(self, frame: int) -> tuple[int, ...]:
+        """Indices of the training cameras whose picture of a frame is used."""
+        return tuple(index for index in self.training if self.is_used(index, frame))
+
     def require_frames(self, requested_count: int | None) -> int:
         """Return the number of frames to use.
 
@@ -180,7 +189,7 @@ class Capture:
         return requested_count
 
     def image(self, camera: int, frame: int) -> Image:
-        """Return a picture, `[H, W, 3]` sRGB, read-only.
+        """Return a picture, `[H, W, 3]` sRGB, read-only; it is black if it is not used.
 
         Raises:
             CaptureError: The picture cannot be read.
@@ -191,7 +200,7 @@ class Capture:
             raise ValueError(message)
         key = (camera, frame)
         if key not in self._cache:
-            picture = self._source.read(camera, frame)
+            picture = self._read(camera, frame)
             picture.setflags(write=False)
             self._cache[key] = picture
         self._cache.move_to_end(key)
@@ -205,6 +214,8 @@ class Capture:
         Raises:
             CaptureError: The mask cannot be read.
         """
+        if not self.is_used(camera, frame):
+            return np.zeros(self._shape(camera), dtype=bool)
         return None if self.masks is None else self.masks.read(camera, frame)
 
     def alpha(self, camera: int, frame: int) -> Alpha | None:
@@ -213,7 +224,19 @@ class Capture:
         Raises:
             CaptureError: The alpha cannot be read.
         """
-        return None if self.alphas is None else self.alphas.read(camera, frame)
+        if self.alphas is None:
+            return None
+        if not self.is_used(camera, frame):
+            return np.zeros(self._shape(camera), dtype=np.uint8)
+        return self.alphas.read(camera, frame)
+
+    def _read(self, camera: int, frame: int) -> Image:
+        if not self.is_used(camera, frame):
+            return np.zeros((*self._shape(camera), 3), dtype=np.uint8)
+        return self._source.read(camera, frame)
+
+    def _shape(self, camera: int) -> tuple[int, int]:
+        return self.cameras[camera].height, self.cameras[camera].width
 
     def _count_cached_bytes(self) -> int:
         return sum(picture.nbytes for picture in self._cache.values())

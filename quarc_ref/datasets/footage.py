@@ -13,9 +13,11 @@ from pathlib import Path
 
 from quarc_ref.datasets.calibration import CalibratedCamera
 from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import MissingFileError
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.masks import FileMasks
+from quarc_ref.datasets.notes_file import without_ignored_frames
 from quarc_ref.datasets.pictures import Pictures
 
 _SAMPLE_BYTES = 1 << 20
@@ -97,15 +99,27 @@ def compute_fingerprint(folder: Path, files: CaptureFiles) -> str:
     """
     digest = hashlib.sha256()
     try:
+        descriptions = {path: _read_description(path) for path in files.description_files}
         for name, path in _sort_by_name(folder, {*files.description_files, *files.media_files}):
-            digest.update(json.dumps([name, path.stat().st_size]).encode())
+            size = len(descriptions[path]) if path in descriptions else path.stat().st_size
+            digest.update(json.dumps([name, size]).encode())
         for _, path in _sort_by_name(folder, files.description_files):
-            digest.update(path.read_bytes())
+            digest.update(descriptions[path])
         for _, path in _sort_by_name(folder, files.sampled_files):
             digest.update(_read_ends(path))
     except OSError as error:
         raise MissingFileError.of(error.filename, error) from error
     return digest.hexdigest()
+
+
+def _read_description(path: Path) -> bytes:
+    """Return the contents of a file of poses, points or notes, without ignored frames.
+
+    If a camera fails in the middle of an encode, its frames can be ignored from there on, and the
+    encode can be resumed.
+    """
+    data = path.read_bytes()
+    return without_ignored_frames(data) if path.name == NOTES_NAME else data
 
 
 def _sort_by_name(folder: Path, paths: Iterable[Path]) -> list[tuple[str, Path]]:

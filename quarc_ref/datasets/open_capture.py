@@ -5,7 +5,7 @@ as stored on disk. `open_capture` undistorts and downscales the pictures, applie
 computes missing initial points and near planes.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from quarc_ref.datasets.alphas import find_ignored_alpha
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.capture_media import open_media
-from quarc_ref.datasets.capture_notes import read_capture_notes
 from quarc_ref.datasets.choose_points import choose_points
 from quarc_ref.datasets.errors import (
     HeldOutError,
@@ -22,8 +21,10 @@ from quarc_ref.datasets.errors import (
     UnsupportedCameraError,
 )
 from quarc_ref.datasets.footage import Footage, compute_fingerprint
+from quarc_ref.datasets.ignored_frames import IgnoredFrames
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.masks import FileMasks, find_masks
+from quarc_ref.datasets.notes_file import read_capture_notes
 from quarc_ref.datasets.orientation import suggest_size_remedy
 from quarc_ref.datasets.point_cache import make_cache_key
 from quarc_ref.datasets.synchronize import synchronize
@@ -86,12 +87,12 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
     footage, pictures = synchronize(path, footage, notes, options.start, options.max_frames)
     media = open_media(names, footage, pictures, rectifiers, notes)
     fingerprint = compute_fingerprint(path, footage.files)
-    training = [index for index, name in enumerate(names) if name not in held_out]
+    frame_count = min(pictures.frame_count, options.max_frames or pictures.frame_count)
+    training = _choose_training(names, held_out, notes.ignored_frames, (options.start, frame_count))
     key = make_cache_key(
         fingerprint, options.start, options.downscale, [names[index] for index in training]
     )
     points = choose_points(footage.points, cameras, training, media, key)
-    common_count = pictures.frame_count
     ignored_alpha = None if media.alphas else find_ignored_alpha(footage, training[0])
     return Capture(
         name=path.resolve().name,
@@ -99,7 +100,7 @@ def open_capture(path: Path, options: CaptureOptions = _DEFAULT_OPTIONS) -> Capt
             make_camera(camera, points.positions, held_out=camera.name in held_out)
             for camera in cameras
         ],
-        frame_count=min(common_count, options.max_frames or common_count),
+        frame_count=frame_count,
         frames_per_second=frames_per_second,
         points=points,
         source=media.pictures,
@@ -155,6 +156,25 @@ def _choose_held_out(names: Sequence[str], requested_names: Sequence[str]) -> fr
         message = f"all cameras ({', '.join(names)}) are held out: no camera is left for training"
         raise HeldOutError(message)
     return held_out
+
+
+def _choose_training(
+    names: Sequence[str], held_out: Collection[str], ignored: IgnoredFrames, span: tuple[int, int]
+) -> list[int]:
+    """Return the indices of the training cameras whose first picture is used.
+
+    Args:
+        names: Names of all cameras.
+        held_out: Names of the held-out cameras.
+        ignored: Frames that are not used.
+        span: First frame and number of frames of the capture.
+
+    Raises:
+        MissingCameraError: See `IgnoredFrames.require_cameras`.
+    """
+    training = {index: name for index, name in enumerate(names) if name not in held_out}
+    ignored.require_cameras(names, list(training.values()), *span)
+    return [index for index, name in training.items() if not ignored.contains(name, span[0])]
 
 
 def _make_rectifier(camera: CalibratedCamera, downscale: int) -> Rectifier:

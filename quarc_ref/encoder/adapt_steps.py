@@ -67,6 +67,7 @@ def copy_translation_step(config: EncoderConfig, header: StreamHeader) -> Encode
 
 def _list_step_inputs(capture: Capture) -> tuple[list[Camera], Points, Iterator[MaskedPicture]]:
     """Return the training cameras, the initial points, and the pictures and masks of frame 0."""
-    cameras = [capture.cameras[index] for index in capture.training]
-    pictures = ((capture.image(index, 0), capture.mask(index, 0)) for index in capture.training)
+    indices = capture.training_at(0)
+    cameras = [capture.cameras[index] for index in indices]
+    pictures = ((capture.image(index, 0), capture.mask(index, 0)) for index in indices)
     return cameras, capture.points, pictures

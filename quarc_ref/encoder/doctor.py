@@ -111,10 +111,10 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
     names = [camera.name for camera in capture.cameras]
     recordings = read_recordings(capture, lambda *done: progress.advance("frames", *done))
     return [
-        *find_unreadable(names, recordings),
+        *find_unreadable(names, recordings, capture.start),
         *find_interlaced_videos(capture),
         *find_exposure_changes(names, recordings),
-        *find_motion_faults(capture.cameras, recordings, capture.notes.offsets),
+        *find_motion_faults(capture.cameras, recordings, capture.notes.offsets, capture.start),
         *find_wrong_poses(capture),
     ]
 

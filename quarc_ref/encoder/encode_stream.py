@@ -129,7 +129,7 @@ class _Encoding:
         observers = Observers(options.progress, options.monitor)
         self._context = make_context(capture, options.device, options.config.seed, observers)
         self._report = options.report
-        config = limit_gaussians(options.config, len(capture.training))
+        config = limit_gaussians(options.config, len(capture.training_at(0)))
         self._config = adapt_steps_to_capture(config, capture)
         self._metadata = describe_encode(capture, options.config, options.device)
         self._checkpoint = self._open_checkpoint(options.checkpoint)

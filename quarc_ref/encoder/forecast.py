@@ -73,7 +73,7 @@ def forecast(
         CaptureError: A picture cannot be read, or the capture has too few frames.
     """
     frame_count = capture.require_frames(frames)
-    config = limit_gaussians(config, len(capture.training))
+    config = limit_gaussians(config, len(capture.training_at(0)))
     first_frame_seconds, later_frame_seconds = _forecast_seconds(
         capture, config, frame_count, device
     )
@@ -107,7 +107,7 @@ def _forecast_seconds(
         frame_count,
         first_frame=0,
         byte_count=0,
-        views=len(capture.training),
+        views=len(capture.training_at(0)),
         canonical_steps=canonical.training_steps,
         half_resolution_steps=canonical.half_resolution_steps,
         motion_steps=config.motion.iterations,

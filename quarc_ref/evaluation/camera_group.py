@@ -63,6 +63,9 @@ class CameraGroup:
     def measure(self, splats: Splats, frame: int) -> list[View]:
         """Measure a frame on every camera of the group; return the rendered views.
 
+        Cameras whose picture of the frame is not used (`Capture.is_used`) have no view and no
+        metrics.
+
         Args:
             splats: Splats of the frame.
             frame: Ordinal of the frame.
@@ -70,12 +73,15 @@ class CameraGroup:
         Raises:
             CaptureError: A picture cannot be read.
         """
-        views = measure_views(splats, frame, self._cameras, self._capture, self._indices)
-        for meter, view in zip(self._meters, views, strict=True):
-            metrics = meter.measure(view)
-            if self._lpips is not None:
-                metrics["lpips"] = self._lpips.measure(view.decoded, view.truth)
-            self._metrics_by_camera[view.camera].append(metrics)
+        views: list[View] = []
+        for meter, index in zip(self._meters, self._indices, strict=True):
+            metrics: Measures = {}
+            if self._capture.is_used(index, frame):
+                views += measure_views(splats, frame, self._cameras, self._capture, [index])
+                metrics = meter.measure(views[-1])
+                if self._lpips is not None:
+                    metrics["lpips"] = self._lpips.measure(views[-1].decoded, views[-1].truth)
+            self._metrics_by_camera[self._cameras[index].name].append(metrics)
         return views
 
 
@@ -95,4 +101,6 @@ def find_background(capture: Capture, index: int) -> Picture | None:
         CaptureError: A picture cannot be read.
     """
     frames = regions.choose_background_frames(capture.frame_count)
-    return regions.find_background([capture.image(index, frame) for frame in frames])
+    return regions.find_background(
+        [capture.image(index, frame) for frame in frames if capture.is_used(index, frame)]
+    )

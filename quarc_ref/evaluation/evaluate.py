@@ -4,6 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from quarc_ref.datasets.capture import Capture
+from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.decoder import dequantize
 from quarc_ref.evaluation.camera_group import CameraGroup
 from quarc_ref.evaluation.lpips import Lpips
@@ -82,11 +84,12 @@ def evaluate_stream(
         stop=options.span[1],
         accept_other_capture=options.accept_other_capture,
     )
-    frames = _list_frames(summary, options.span)
+    frames = _list_frames(summary, capture, options.span)
     frame_count = len(frames)
     camera_group = CameraGroup(capture, summary.cameras, capture.held_out, lpips=options.lpips)
     shown_views = []
-    for index, scene in enumerate(decode(data, *options.span)):
+    scenes = (scene for scene in decode(data, *options.span) if scene.frame in frames)
+    for index, scene in enumerate(scenes):
         views = camera_group.measure(dequantize(scene), scene.frame)
         if index in {0, frame_count // 2, frame_count - 1}:
             shown_views.append(views[0])
@@ -99,8 +102,14 @@ def evaluate_stream(
     return Evaluation(summary, camera_group.quality, frames, tuple(shown_views), protocol)
 
 
-def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames of a stream within a span; raise MismatchError if there are none."""
+def _list_frames(
+    summary: StreamSummary, capture: Capture, span: tuple[int, int | None]
+) -> tuple[int, ...]:
+    """Return the frames of a stream within a span that a held-out camera of the capture shows.
+
+    Raises:
+        MismatchError: There are no such frames.
+    """
     start, stop = span
     frames = tuple(
         frame.frame
@@ -113,4 +122,10 @@ def _list_frames(summary: StreamSummary, span: tuple[int, int | None]) -> tuple[
             f"the stream has no frames in this range; its frames are {first_frame} to {last_frame}"
         )
         raise MismatchError(message)
-    return frames
+    shown_frames = tuple(
+        frame for frame in frames if any(capture.is_used(i, frame) for i in capture.held_out)
+    )
+    if not shown_frames:
+        message = f"{NOTES_NAME} ignores these frames of all held-out cameras"
+        raise MismatchError(message)
+    return shown_frames

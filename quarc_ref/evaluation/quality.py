@@ -29,7 +29,7 @@ class Quality:
     """Metrics of a stream.
 
     Attributes:
-        per_camera: `Measures` of every frame, by camera name.
+        per_camera: `Measures` of every frame, by camera name; empty if a view was not measured.
         variants: Description of each metric's exact variant, keyed by metric name.
     """
 
@@ -48,7 +48,7 @@ class Quality:
 
     def count_views_at_max_psnr(self) -> tuple[int, int]:
         """Return the number of views whose PSNR is `MAX_DECIBELS`, and the number of all views."""
-        psnr = [view["psnr"] for views in self.per_camera.values() for view in views]
+        psnr = [view["psnr"] for views in self.per_camera.values() for view in views if view]
         return psnr.count(MAX_DECIBELS), len(psnr)
 
     def by_camera(self) -> dict[str, Measures]:
@@ -99,15 +99,17 @@ class Quality:
         }
 
     def _list_frame_values(self, metric: str) -> tuple[float, ...]:
-        return tuple(value for metrics in self.by_frame() if (value := metrics[metric]) is not None)
+        return tuple(
+            value for metrics in self.by_frame() if (value := metrics.get(metric)) is not None
+        )
 
 
 def average(measures: Iterable[Measures]) -> Measures:
     """Return the mean of each metric over the rows that have a value; None if no row has one."""
     rows = list(measures)
     values_by_name = {
-        name: [value for row in rows if (value := row[name]) is not None]
-        for name in (rows[0] if rows else ())
+        name: [value for row in rows if (value := row.get(name)) is not None]
+        for name in dict.fromkeys(name for row in rows for name in row)
     }
     return {name: fmean(values) if values else None for name, values in values_by_name.items()}
 

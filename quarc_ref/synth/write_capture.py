@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 
 from quarc_ref.datasets.capture import Image, Points, join_points
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.points_ply import write_points_ply
 from quarc_ref.datasets.video_writer import build_png
 from quarc_ref.files import OutputFolder, written_folder

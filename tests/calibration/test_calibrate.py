@@ -13,7 +13,7 @@ from quarc_ref.calibration.recordings import find_recordings
 from quarc_ref.calibration.report import PAGE_NAME, make_camera_rows, write_report
 from quarc_ref.calibration.write_capture import write_capture
 from quarc_ref.datasets.calibration import make_pose
-from quarc_ref.datasets.capture_notes import read_capture_notes
+from quarc_ref.datasets.notes_file import read_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
 from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
 from quarc_ref.files import written_folder

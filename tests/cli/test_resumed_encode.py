@@ -31,7 +31,11 @@ main()
         (KeyboardInterrupt(), 130, "use --resume to"),
         (OSError(errno.ENOSPC, "disk full"), 3, ".part contains the finished frames: use"),
         (RuntimeError("out of memory"), 3, "out of memory"),
-        (CaptureError("damaged"), 3, "missing frames, or with a smaller --frames to leave them"),
+        (
+            CaptureError("damaged"),
+            3,
+            "leave them out, or with ignored_frames in quarc-capture.json",
+        ),
     ],
 )
 def test_a_failed_encode_keeps_the_old_file_and_a_part_to_resume(

@@ -6,8 +6,9 @@ import cv2
 import numpy as np
 import pytest
 
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import CaptureError, MissingAlphaError
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.stills import read_still_alpha
 from tests.datasets.scenes import (

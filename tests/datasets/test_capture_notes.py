@@ -6,13 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from quarc_ref.datasets.capture_notes import (
-    NOTES_NAME,
-    CaptureNotes,
-    read_capture_notes,
-    write_capture_notes,
-)
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import MissingCameraError, UnreadableNotesError
+from quarc_ref.datasets.notes_file import read_capture_notes, write_capture_notes
 
 
 def test_notes_survive_a_round_trip(tmp_path):

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.calibration import Lens
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import MaskCountError, MaskNameError, MaskSizeError
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.undistortion import Rectifier
 from tests.datasets.scenes import (

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     FrameRateError,
@@ -18,6 +18,7 @@ from quarc_ref.datasets.errors import (
     UnreadablePointsError,
     UnsupportedCameraError,
 )
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from tests.datasets import scenes
 from tests.datasets.lenses import BARREL, distort

@@ -11,7 +11,7 @@ from quarc_ref.encoder import choose_preset, doctor
 from quarc_ref.encoder.checks.machine import FreeResources
 from quarc_ref.encoder.doctor import ExamineOptions, examine
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
-from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video
+from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video, repeat_frames
 from tests.marks import thorough
 
 _STILL_CAPTURE = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
@@ -93,6 +93,31 @@ def test_a_planted_fault_is_named(folder, plant):
     (finding,) = (finding for finding in findings if finding.kind == kind)
     assert finding.cameras == cameras
     assert not cameras or cameras[0] in finding.message
+
+
+def test_ignored_frames_are_not_examined(folder):
+    damage_frame(folder)
+    (finding,) = find_faults(folder)
+    assert f"{CAMERA} has unreadable frames (3, 4, 5" in finding.message
+    assert f'write "ignored_frames": {{"{CAMERA}": [[3, 14]]}} into' in finding.message
+
+    (folder / "quarc-capture.json").write_text(f'{{"ignored_frames": {{"{CAMERA}": [[3, null]]}}}}')
+    assert find_faults(folder) == ()
+
+
+def test_the_suggested_frames_do_not_depend_on_start(folder):
+    repeat_frames(folder)
+    options = CaptureOptions(start=2)
+    (finding,) = (f for f in find_faults(folder) if f.kind == "repeated-frames")
+    (from_start,) = (
+        f for f in find_faults(folder, capture_options=options) if f.kind == "repeated-frames"
+    )
+
+    assert from_start == finding
+    (folder / "quarc-capture.json").write_text(
+        "{" + finding.message.split("write ")[1].split(" into")[0] + "}"
+    )
+    assert find_faults(folder, capture_options=options) == ()
 
 
 def test_insufficient_memory_and_disk_are_reported(correct_capture, monkeypatch):

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from quarc_ref.datasets import capture_media as opening
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder import EncodeOptions, encode
 from tests.datasets import scenes

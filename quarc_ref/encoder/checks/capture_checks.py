@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.camera_geometry import camera_center, project_points
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.encoder.checks.mask_checks import find_black_masks, find_faint_alpha
 from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
 from quarc_ref.encoder.checks.pose_checks import MIN_TRAINING_CAMERAS, find_wrong_poses
 from quarc_ref.encoder.checks.projected_points import ProjectedPoints, read_first_frame
@@ -35,7 +36,6 @@ _MIN_RELATIVE_RADIUS = 0.01
 # There, float32, in which training computes, has steps of 1/128 of a pixel, and a lattice that
 # covers four times this distance has only 42 units per pixel.
 _MAX_REACH_PIXELS = 50_000
-_MAX_FAINT_ALPHA = 15  # of 255
 
 
 def check_capture(capture: Capture) -> list[Finding]:
@@ -48,7 +48,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         UnusableCaptureError: The capture cannot be encoded with acceptable quality.
         CaptureError: A picture or mask cannot be read.
     """
-    cameras = tuple(capture.cameras[index] for index in capture.training)
+    cameras = tuple(capture.cameras[index] for index in capture.full_capture.training_at(0))
     if len(cameras) < MIN_TRAINING_CAMERAS:
         message = (
             f"capture {capture.name} has {len(cameras)} training camera, but estimating depth "
@@ -64,8 +64,8 @@ def check_capture(capture: Capture) -> list[Finding]:
         )
         raise UnusableCaptureError(message)
     return [
-        *_find_black_masks(capture),
-        *_find_faint_alpha(capture),
+        *find_black_masks(capture),
+        *find_faint_alpha(capture),
         *_find_distant_origin(projected, capture.points),
         *_find_points_outside_views(projected),
         *_find_blind_cameras(projected),
@@ -85,49 +85,6 @@ def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> Projec
     return ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
 
 
-def _find_black_masks(capture: Capture) -> Iterator[Finding]:
-    """Yield a finding about cameras whose masks in frame 0 are black.
-
-    Raises:
-        UnusableCaptureError: The masks of all training cameras are black.
-    """
-    masks = {capture.cameras[index].name: capture.mask(index, 0) for index in capture.training}
-    names = tuple(name for name, mask in masks.items() if mask is not None and not mask.any())
-    if len(names) == len(masks):
-        message = (
-            "the masks of all training cameras are completely black in frame 0, so no pixel is "
-            "left to train on: check the masks, in which white pixels are used"
-        )
-        raise UnusableCaptureError(message)
-    if names:
-        message = (
-            f"the masks of {format_names(names)} are completely black in frame 0, so these cameras "
-            "are not used there: check the masks, in which white pixels are used"
-        )
-        yield Finding("mask-black", message, names)
-
-
-def _find_faint_alpha(capture: Capture) -> Iterator[Finding]:
-    """Yield a finding about cameras whose alpha in frame 0 is tiny, as in masks of 0 and 1.
-
-    Raises:
-        UnusableCaptureError: The alpha of all training cameras is tiny.
-    """
-    alphas = {capture.cameras[index].name: capture.alpha(index, 0) for index in capture.training}
-    largest = {name: int(alpha.max()) for name, alpha in alphas.items() if alpha is not None}
-    names = tuple(name for name, level in largest.items() if 0 < level <= _MAX_FAINT_ALPHA)
-    if not names:
-        return
-    message = (
-        f"the masks or alpha channels of {format_names(names)} are almost black in frame 0 (at "
-        f"most {max(largest[name] for name in names)} of 255), so these cameras see almost nothing "
-        "of the subject: 255 stands for opaque"
-    )
-    if max(largest.values()) <= _MAX_FAINT_ALPHA:
-        raise UnusableCaptureError(message)
-    yield Finding("mask-black", message, names)
-
-
 def _find_odd_pictures(capture: Capture, projected: ProjectedPoints) -> Iterator[Finding]:
     """Return the findings of `find_odd_pictures`; pictures without the subject are not compared."""
     positions = [
@@ -136,10 +93,11 @@ def _find_odd_pictures(capture: Capture, projected: ProjectedPoints) -> Iterator
         if capture.alphas is None or picture.any()
     ]
     full_capture = capture.full_capture
+    indices = full_capture.training_at(0)
     return find_odd_pictures(
         [projected.cameras[position] for position in positions],
         [projected.projections[position] for position in positions],
-        (full_capture.image(full_capture.training[position], 0) for position in positions),
+        (full_capture.image(indices[position], 0) for position in positions),
     )
 
 

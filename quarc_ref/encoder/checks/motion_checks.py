@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.datasets.ignored_frames import suggest_ignoring
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
 from quarc_ref.wording import format_count
@@ -42,6 +43,7 @@ def find_motion_faults(
     cameras: Sequence[Camera],
     recordings: Sequence[Recording],
     offsets: Mapping[str, float] | None = None,
+    start: int = 0,
 ) -> Iterator[Finding]:
     """Yield findings about cameras whose motion differs from that of other cameras.
 
@@ -50,6 +52,7 @@ def find_motion_faults(
         recordings: Recording of each camera.
         offsets: Time offsets by camera name that the recordings have already been corrected by,
             in frames, as in `CaptureNotes`.
+        start: Frame of the synchronized recording that is frame 0 of the recordings.
     """
     names = [camera.name for camera in cameras]
     changes = [recording.changes for recording in recordings]
@@ -59,7 +62,7 @@ def find_motion_faults(
     yield from _find_frozen(names, is_frozen)
     moving_cameras = np.flatnonzero(~is_frozen).tolist()
     yield from _find_repeats(
-        [names[i] for i in moving_cameras], [recordings[i] for i in moving_cameras]
+        [names[i] for i in moving_cameras], [recordings[i] for i in moving_cameras], start
     )
     if changes[0].shape[0] + 1 >= _MIN_FRAMES and len(moving_cameras) > 2:
         yield from _find_shifts(
@@ -97,7 +100,9 @@ def _find_frozen(names: Sequence[str], is_frozen: NDArray[np.bool_]) -> Iterator
         yield Finding("frozen-camera", message, frozen_names)
 
 
-def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iterator[Finding]:
+def _find_repeats(
+    names: Sequence[str], recordings: Sequence[Recording], start: int
+) -> Iterator[Finding]:
     """Yield a finding for each camera that repeats frames while most other cameras show motion."""
     mean_changes = np.array([recording.changes.mean(axis=(1, 2)) for recording in recordings])
     median_changes = np.median(mean_changes, axis=1, keepdims=True)
@@ -111,10 +116,11 @@ def _find_repeats(names: Sequence[str], recordings: Sequence[Recording]) -> Iter
         )
         repeated_frames = np.flatnonzero(is_repeated) + 1
         if repeated_frames.size >= _MIN_REPEATS:
-            frames = format_names([str(frame) for frame in repeated_frames])
+            frames = [start + frame for frame in repeated_frames.tolist()]
             message = (
-                f"{name} repeats the previous picture in frames {frames}, probably because frames "
-                "were lost in recording or conversion: convert the original recording again"
+                f"{name} repeats the previous picture in frames {format_names([*map(str, frames)])}"
+                ", probably because frames were lost in recording or conversion: convert the "
+                f"original recording again, or {suggest_ignoring(name, frames)}"
             )
             yield Finding("repeated-frames", message, (name,))
 

@@ -59,7 +59,7 @@ def find_wrong_poses(capture: Capture, projected: ProjectedPoints) -> Iterator[F
 def _find_wrong_silhouettes(capture: Capture, projected: ProjectedPoints) -> Iterator[Finding]:
     """Yield a finding about cameras that see most points of the subject as transparent."""
     full_capture, wrong_cameras = capture.full_capture, []
-    for position, index in enumerate(full_capture.training):
+    for position, index in enumerate(full_capture.training_at(0)):
         projection, alpha = projected.projections[position], full_capture.alpha(index, 0)
         view_count = int(projection.is_visible.sum())
         if alpha is not None and view_count:

@@ -16,7 +16,7 @@ class ProjectedPoints:
     """A random sample of the initial points, projected into all training views.
 
     Attributes:
-        cameras: The training cameras.
+        cameras: The training cameras whose picture of frame 0 is used.
         positions: `[P, 3]` positions, world units.
         colors: `[P, 3]` sRGB colors, 0 to 255.
         projections: Projection of the points into each camera.
@@ -35,9 +35,9 @@ class ProjectedPoints:
 
 
 def read_first_frame(capture: Capture) -> Iterator[Image]:
-    """Yield the training pictures of frame 0 of the full capture.
+    """Yield the used training pictures of frame 0 of the full capture.
 
     Frame 0 is used because the initial points represent the scene at that frame.
     """
     full_capture = capture.full_capture
-    return (full_capture.image(index, 0) for index in full_capture.training)
+    return (full_capture.image(index, 0) for index in full_capture.training_at(0))

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.capture import Capture, Image
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.datasets.ignored_frames import suggest_ignoring
 
 _TARGET_COLUMNS = 96
 _MAX_STORED_FRAMES = 240  # pictures of later frames are read but not stored
@@ -24,8 +25,8 @@ class Recording:
         block_size: Integer factor by which width and height are reduced.
         gray_pictures: `[T, rows, columns]` gray levels (0 to 255) of the first T frames,
             multiplied by 128.
-        is_usable: `[T]` whether a frame could be read and, if the background is transparent, shows
-            something of the subject.
+        is_usable: `[T]` whether a frame is used (`Capture.is_used`), could be read and, if the
+            background is transparent, shows something of the subject.
         read_errors: Error message of each frame that could not be read, by frame index.
     """
 
@@ -76,6 +77,8 @@ def read_recordings(capture: Capture, advance: ReportProgress) -> list[Recording
         is_usable = np.zeros(stored_count, dtype=bool)
         read_errors: dict[int, str] = {}
         for frame in range(capture.frame_count):
+            if not capture.is_used(index, frame):
+                continue
             try:
                 picture = capture.image(index, frame)
             except CaptureError as error:
@@ -89,13 +92,24 @@ def read_recordings(capture: Capture, advance: ReportProgress) -> list[Recording
     return recordings
 
 
-def find_unreadable(names: list[str], recordings: list[Recording]) -> Iterator[Finding]:
-    """Yield a finding for each camera with unreadable frames."""
+def find_unreadable(
+    names: list[str], recordings: list[Recording], start: int = 0
+) -> Iterator[Finding]:
+    """Yield a finding for each camera with unreadable frames.
+
+    Args:
+        names: Names of the cameras.
+        recordings: Recording of each camera.
+        start: Frame of the synchronized recording that is frame 0 of the recordings.
+    """
     for name, recording in zip(names, recordings, strict=True):
         if recording.read_errors:
             first_error = recording.read_errors[min(recording.read_errors)]
-            frames = format_names([str(frame) for frame in sorted(recording.read_errors)])
-            message = f"{name} has unreadable frames ({frames}): {first_error}"
+            frames = [start + frame for frame in sorted(recording.read_errors)]
+            message = (
+                f"{name} has unreadable frames ({format_names([*map(str, frames)])}): "
+                f"{first_error}, or {suggest_ignoring(name, frames)}"
+            )
             yield Finding("unreadable-frame", message, (name,))
 
 

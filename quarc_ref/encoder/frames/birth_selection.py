@@ -60,15 +60,19 @@ class BirthObjective:
 
     def mean_loss(self, births: Attributes) -> float:
         """Return the mean loss over the training views with new Gaussians."""
-        gaussians, views = self.quantize_and_activate(births), range(self.context.view_count)
+        gaussians, views = self.quantize_and_activate(births), self.used_views()
         with torch.no_grad():
             return sum(float(self.render(gaussians, view)[1]) for view in views) / len(views)
 
     def mean_loss_without_births(self) -> float:
         """Return the mean loss over the training views without new Gaussians."""
-        views = range(self.context.view_count)
+        views = self.used_views()
         losses = (self._loss(self.fixed_scene.backdrop(view).image, view) for view in views)
         return sum(map(float, losses)) / len(views)
+
+    def used_views(self) -> tuple[int, ...]:
+        """Return the views whose pictures of the frame are used."""
+        return self.context.views.used_at(self.decoded_scene.frame)
 
     def _loss(self, image: Tensor, view: int) -> Tensor:
         return self.context.photometric_loss(
@@ -110,7 +114,7 @@ def estimate_gains(objective: BirthObjective, births: Attributes) -> Tensor:
     gaussians = objective.quantize_and_activate(births)
     factors = torch.full_like(births.opacities, 0.5).requires_grad_()
     half_opacity_gaussians = replace(gaussians, opacities=gaussians.opacities * factors)
-    views = range(objective.context.view_count)
+    views = objective.used_views()
     gains = torch.zeros_like(births.opacities)
     for view in views:
         (derivative,) = torch.autograd.grad(

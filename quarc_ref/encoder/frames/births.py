@@ -76,7 +76,7 @@ def _train(
     context = objective.context
     trainer = Trainer(births, learning_rates)
     generator = context.generator(objective.decoded_scene.frame, "births training")
-    views = context.views.shuffled_indices(generator)
+    views = context.views.shuffled_indices(generator, objective.decoded_scene.frame)
     statistics = ScreenStatistics(trainer.count, context.device)
     for step in range(settings.iterations):
         if step in settings.split_iters:

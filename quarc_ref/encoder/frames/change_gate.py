@@ -24,7 +24,8 @@ def compute_gate_weights(
         attributes: Attributes of the scene after its motion.
         frame: Ordinal of the frame that is compared with the previous frame.
         view_count: Number of training views to use. The views that are used are evenly spaced in
-            the list of training views, and are the same in every frame. If `view_count` is 0,
+            the list of training views, and are the same in every frame, except that a view is
+            left out if its picture of one of the two frames is not used. If `view_count` is 0,
             all weights are 1.
 
     The median of Eq. 5 is computed over the Gaussians that are visible in at least one view. The
@@ -34,9 +35,12 @@ def compute_gate_weights(
         return torch.ones_like(attributes.opacities)
     total_gradients = torch.zeros_like(attributes.opacities)
     is_visible = torch.zeros_like(attributes.opacities, dtype=torch.bool)
-    all_view_count = len(context.views.cameras)
+    used_views = set(context.views.used_at(frame)) & set(context.views.used_at(frame - 1))
+    all_view_count = context.view_count
     for index in range(min(view_count, all_view_count)):
         view = index * all_view_count // min(view_count, all_view_count)
+        if view not in used_views:
+            continue
         gaussians = attributes.detached()
         gaussians.means.requires_grad_()
         rendering = context.render(gaussians.activated(), view)

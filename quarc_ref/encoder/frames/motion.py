@@ -108,7 +108,8 @@ class _MotionFit:
             )
             self._choice_step = max(1, round(update_settings.choose_at * settings.iterations))
         self._statistics = ScreenStatistics(scene.count, context.device)
-        self._views = context.views.shuffled_indices(context.generator(scene.frame, "motion"))
+        generator = context.generator(scene.frame, "motion")
+        self._views = context.views.shuffled_indices(generator, scene.frame)
         self._leaves = self._residuals.leaves()
         if self._updates is not None:
             self._leaves.append(self._updates.leaf)
@@ -152,8 +153,8 @@ class _MotionFit:
 
     def _choose_residuals(self, moved_attributes: Attributes) -> None:
         if self._updates is not None:
-            view_count = self._context.view_count
-            self._updates.choose_residuals(moved_attributes, self._render, view_count)
+            views = self._context.views.used_at(self._scene.frame)
+            self._updates.choose_residuals(moved_attributes, self._render, views)
 
     def _move(self) -> Attributes:
         sums = self._binding_sums.sum_levels(self._residuals.quantized())

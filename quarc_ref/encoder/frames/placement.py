@@ -86,7 +86,7 @@ def place_at_errors(
     """
     candidates_by_view = [
         _place_in_view(context, scene, view, frame, settings)
-        for view in range(len(context.views.cameras))
+        for view in context.views.used_at(frame)
     ]
     errors, positions, colors, scales = (
         torch.cat(parts) for parts in zip(*candidates_by_view, strict=True)

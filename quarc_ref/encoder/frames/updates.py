@@ -6,7 +6,7 @@ trained residuals are chosen again at the end. If an update reduces the opacity 
 almost 0, the Gaussian is deleted.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import torch
@@ -95,7 +95,9 @@ class TrainedUpdates:
         rate = (self.leaf[rows] * self._is_trained[rows]).abs().log1p().sum() / len(self.leaf)
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
-    def choose_residuals(self, attributes: Attributes, render: RenderView, view_count: int) -> None:
+    def choose_residuals(
+        self, attributes: Attributes, render: RenderView, views: Sequence[int]
+    ) -> None:
         """Reduce the residuals that do not justify their bits; train only those that are not 0.
 
         The residuals of Gaussians that would be deleted remain. The gradient at zero residuals is
@@ -104,7 +106,7 @@ class TrainedUpdates:
         Args:
             attributes: Attributes after the motion.
             render: Function that renders a view.
-            view_count: Number of views.
+            views: The views to render.
         """
         gaussian_count = len(self.leaf)
         rd_lambda = self._rd.scale_relative(self._settings.quantize_rd_lambda) / gaussian_count
@@ -116,8 +118,8 @@ class TrainedUpdates:
             (rows,) = torch.nonzero(is_updated, as_tuple=True)
         if self._gradient_at_zero is None:
             zeros = torch.zeros_like(residuals)
-            self._gradient_at_zero = self._measure_gradient(zeros, attributes, render, view_count)
-        gradient = self._measure_gradient(residuals, attributes, render, view_count)
+            self._gradient_at_zero = self._measure_gradient(zeros, attributes, render, views)
+        gradient = self._measure_gradient(residuals, attributes, render, views)
         columns = choose_residuals(
             to_columns(residuals[rows]).astype(np.int64),
             to_columns(gradient[rows]),
@@ -156,14 +158,14 @@ class TrainedUpdates:
         return should_delete
 
     def _measure_gradient(
-        self, residuals: Tensor, attributes: Attributes, render: RenderView, view_count: int
+        self, residuals: Tensor, attributes: Attributes, render: RenderView, views: Sequence[int]
     ) -> Tensor:
-        """Return the gradient of the mean loss of all views by residuals."""
+        """Return the gradient of the mean loss of views by residuals."""
         leaf = residuals.detach().requires_grad_()
         mean_gradient = torch.zeros_like(residuals)
-        for view in range(view_count):
+        for view in views:
             _, loss = render(add_residuals(attributes, leaf, self._header), view)
-            mean_gradient += torch.autograd.grad(loss, leaf)[0] / view_count
+            mean_gradient += torch.autograd.grad(loss, leaf)[0] / len(views)
         return mean_gradient
 
     def _quantized(self) -> Tensor:

@@ -76,9 +76,11 @@ def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: floa
         state: Decoded state of the frame.
         lambda_dssim: Weight of D-SSIM in the loss.
     """
+    frame, used_views = state.scene.frame, context.views.used_at(state.scene.frame)
     losses = [
-        float(context.photometric_loss(image, view, state.scene.frame, lambda_dssim))
+        float(context.photometric_loss(image, view, frame, lambda_dssim))
         for view, (image, _) in enumerate(render_views(context, state))
+        if view in used_views
     ]
     return sum(losses) / len(losses)
 

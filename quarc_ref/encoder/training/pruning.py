@@ -78,7 +78,7 @@ def measure_contributions(
     """
     gaussians = attributes.activated()
     contributions, errors, view_counts = (torch.zeros_like(gaussians.opacities) for _ in range(3))
-    for view in range(len(context.views.cameras)):
+    for view in context.views.used_at(0):
         opacity_factors = torch.ones_like(contributions).requires_grad_()
         color_offsets = torch.zeros_like(contributions).requires_grad_()
         rendering = context.render(

@@ -83,7 +83,7 @@ class SceneTraining:
         self._context, self._objective = context, objective
         self._half_context = context.halved() if settings.half_resolution_until_iter else context
         self._generator = context.generator(0, f"canonical {index}" if index else "canonical")
-        self._views = context.views.shuffled_indices(self._generator)
+        self._views = context.views.shuffled_indices(self._generator, 0)
         initial_attributes = initialize_from_points(
             points, settings, self._generator, context.device
         )

@@ -52,7 +52,7 @@ def measure_sensitivities(
     rotation_forms, color_forms = (np.zeros((len(attributes.means), 3, 3)) for _ in range(2))
     errors, view_counts = (torch.zeros_like(attributes.opacities) for _ in range(2))
     unit_quaternions = to_columns(attributes.rotations)
-    for view in range(context.view_count):
+    for view in context.views.used_at(0):
         rotations, sh_dc = (
             tensor.clone().requires_grad_() for tensor in (attributes.rotations, attributes.sh_dc)
         )

@@ -3,7 +3,7 @@
 `TrainingViews` gives no access to held-out cameras.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import torch
 from torch import Tensor
@@ -150,9 +150,15 @@ class TrainingViews:
         self._masks = {key: value for key, value in self._masks.items() if key[1] >= frame}
         self._alphas = {key: value for key, value in self._alphas.items() if key[1] >= frame}
 
-    def shuffled_indices(self, generator: torch.Generator) -> "ShuffledIndices":
-        """Return an endless iterator over view indices in random order."""
-        return ShuffledIndices(len(self._indices), generator)
+    def used_at(self, frame: int) -> tuple[int, ...]:
+        """Return the views whose picture of a frame is used (`Capture.is_used`), at least one."""
+        return tuple(
+            view for view, index in enumerate(self._indices) if self._capture.is_used(index, frame)
+        )
+
+    def shuffled_indices(self, generator: torch.Generator, frame: int) -> "ShuffledIndices":
+        """Return an endless iterator, in random order, over the views that are used in a frame."""
+        return ShuffledIndices(self.used_at(frame), generator)
 
 
 def _choose_backgrounds(capture: Capture, view_count: int) -> Tensor:
@@ -163,25 +169,26 @@ def _choose_backgrounds(capture: Capture, view_count: int) -> Tensor:
 
 
 class ShuffledIndices(Iterator[int]):
-    """An endless sequence of random permutations of the integers below `count`.
+    """An endless sequence of random permutations of integers.
 
     Args:
-        count: Number of integers in a permutation.
+        integers: The integers, at least one.
         generator: Random generator of the permutations.
 
     Attributes:
         remaining: Integers of the current permutation that have not been returned yet.
     """
 
-    def __init__(self, count: int, generator: torch.Generator) -> None:
-        self._count = count
+    def __init__(self, integers: Sequence[int], generator: torch.Generator) -> None:
+        self._integers = integers
         self._generator = generator
         self.remaining: list[int] = []
 
     def __next__(self) -> int:
         """Return the next integer; start a new permutation when the current one is used up."""
         if not self.remaining:
-            self.remaining = torch.randperm(self._count, generator=self._generator).tolist()
+            order = torch.randperm(len(self._integers), generator=self._generator).tolist()
+            self.remaining = [self._integers[index] for index in order]
         return self.remaining.pop(0)
 
 

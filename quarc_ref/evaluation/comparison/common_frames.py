@@ -1,18 +1,21 @@
 """Finds the frames that all entries of a comparison contain."""
 
+from collections.abc import Collection, Iterator
+
+from quarc_ref.datasets.capture import Capture
 from quarc_ref.evaluation.comparison.entries import EntryError
 from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 
 
 def choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tuple[int, ...]:
-    """Return the frames within a span that exist in every entry and in the capture.
+    """Return the frames within a span that exist in every entry and that the capture shows.
 
     Raises:
         EntryError: There are none.
     """
     common_frames = set.intersection(*(set(entry.info.frames) for entry in inputs.entries))
     if inputs.capture is not None:
-        common_frames &= set(range(inputs.capture.frame_count))
+        common_frames &= set(_list_shown_frames(inputs.capture, inputs.cameras))
     start, stop = span
     frames = tuple(
         frame
@@ -28,6 +31,14 @@ def choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tup
         )
         raise EntryError(message)
     return frames
+
+
+def _list_shown_frames(capture: Capture, names: Collection[str]) -> Iterator[int]:
+    """Yield the frames of a capture that at least one of the named cameras shows."""
+    indices = [index for index, camera in enumerate(capture.cameras) if camera.name in names]
+    for frame in range(capture.frame_count):
+        if any(capture.is_used(index, frame) for index in indices):
+            yield frame
 
 
 def describe_unequal_frames(inputs: ComparisonInputs) -> list[str]:

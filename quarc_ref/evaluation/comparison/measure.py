@@ -149,6 +149,9 @@ class _EntryMeter:
         """Render and measure a frame of every entry."""
         truths = dict(_load_truths(self._inputs, frame))
         renderings = [entry.render(frame, self._inputs.cameras) for entry in self._entries]
+        for name in set(self._inputs.cameras) - set(truths):  # the capture ignores them
+            for metrics_by_camera in self._metrics:
+                metrics_by_camera[name].append({})
         for name, (image, truth, mask, alpha) in truths.items():
             views = [
                 make_view_with_truth(
@@ -179,7 +182,7 @@ class _EntryMeter:
 def _load_truths(
     inputs: ComparisonInputs, frame: int
 ) -> Iterator[tuple[str, tuple[Image, Picture, Mask | None, Alpha | None]]]:
-    """Yield each camera's name, and its ground truth in 8-bit levels and as floats, mask and alpha.
+    """Yield each used camera's name, and its truth in 8-bit levels and as floats, mask and alpha.
 
     The ground truth is the camera's picture or, without a capture, the rendering of the
     first entry.
@@ -191,6 +194,8 @@ def _load_truths(
         return
     for name in inputs.cameras:
         index = _find_index(capture, name)
+        if not capture.is_used(index, frame):
+            continue
         image = capture.image(index, frame)
         truth = image.astype(np.float32) / np.float32(255)
         yield name, (image, truth, capture.mask(index, frame), capture.alpha(index, frame))

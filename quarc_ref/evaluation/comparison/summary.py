@@ -190,12 +190,13 @@ def _score(difference: float) -> float:
 
 
 def _list_view_psnr(runs: Sequence[MeasuredEntry]) -> list[float]:
-    """Return the PSNR of every view, averaged over the runs."""
+    """Return the PSNR of every measured view, averaged over the runs."""
     psnr_by_run = [
         [
             _require_value(view["psnr"])
             for views in run.quality.per_camera.values()
             for view in views
+            if view
         ]
         for run in runs
     ]

@@ -105,7 +105,7 @@ def format_points_csv(summary: Summary) -> bytes:
 
 
 def format_views_csv(comparison: Comparison) -> bytes:
-    """Format the views as CSV, one per line: entry, run, camera, frame and all metrics."""
+    """Format the measured views as CSV, one per line: entry, run, camera, frame and metrics."""
     last_run_by_label: dict[object, int] = {}
     lines = []
     for entry in comparison.measured_entries:
@@ -113,7 +113,8 @@ def format_views_csv(comparison: Comparison) -> bytes:
         for camera, views in entry.quality.per_camera.items():
             for frame, metrics in zip(comparison.frames, views, strict=True):
                 labels = {"method": entry.label.method, "point": entry.label.point, "run": run}
-                lines.append({**labels, "camera": camera, "frame": frame, **metrics})
+                if metrics:
+                    lines.append({**labels, "camera": camera, "frame": frame, **metrics})
     return _format_csv(lines)
 
 

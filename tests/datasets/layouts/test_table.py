@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.calibration.recordings import find_recordings
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingCameraError,
@@ -14,6 +14,7 @@ from quarc_ref.datasets.errors import (
     UnknownLayoutError,
 )
 from quarc_ref.datasets.layouts.table import LAYOUTS, choose_layout
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
 from tests.datasets.layouts.builders import BUILDERS, write_model, write_poses
 

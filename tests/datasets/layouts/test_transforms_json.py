@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, write_capture_notes
+from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import (
     CountMismatchError,
     MissingFileError,
@@ -13,6 +13,7 @@ from quarc_ref.datasets.errors import (
     UnreadablePoseError,
 )
 from quarc_ref.datasets.layouts.transforms_json import read_nerfstudio
+from quarc_ref.datasets.notes_file import write_capture_notes
 from quarc_ref.datasets.open_capture import open_capture
 from tests.datasets import scenes
 

@@ -174,7 +174,7 @@ def test_only_chosen_residuals_are_trained_further():
         trained.leaf[:40, 0], trained.leaf[:20, 9] = 4.6, 2.6
 
     # The loss does not depend on opacities.
-    trained.choose_residuals(attributes, lambda moved, _: (None, -moved.means[:, 0].sum()), 1)
+    trained.choose_residuals(attributes, lambda moved, _: (None, -moved.means[:, 0].sum()), [0])
     with torch.no_grad():
         trained.leaf += 1.0
 
@@ -193,7 +193,7 @@ def test_residuals_of_a_deleted_gaussian_are_kept():
     with torch.no_grad():
         trained.leaf[[7, 70], 9] = torch.tensor([-3.0, -60.0])
 
-    trained.choose_residuals(attributes, lambda moved, _: (None, moved.opacities.sum()), 1)
+    trained.choose_residuals(attributes, lambda moved, _: (None, moved.opacities.sum()), [0])
 
     updates = trained.quantized_updates(attributes)
     assert updates.gaussians.tolist() == [70]

@@ -83,7 +83,7 @@ def _project(camera, position):
 
 def test_every_view_is_used_once_before_any_repeats():
     views = TrainingViews(make_capture(), torch.device("cpu"))
-    order = views.shuffled_indices(torch.Generator().manual_seed(0))
+    order = views.shuffled_indices(torch.Generator().manual_seed(0), 0)
 
     for _ in range(5):
         assert sorted(next(order) for _ in range(3)) == [0, 1, 2]
