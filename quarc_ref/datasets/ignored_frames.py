@@ -9,7 +9,7 @@ Frames are counted like those of `--start`, from the first frame that all camera
 """
 
 import json
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from quarc_ref.datasets.errors import MissingCameraError
@@ -79,17 +79,22 @@ class IgnoredFrames:
         }
 
 
-def suggest_ignoring(camera: str, frames: Sequence[int]) -> str:
-    """Return advice to ignore frames of a camera, as part of a sentence.
-
-    Args:
-        camera: Name of the camera.
-        frames: Frames of the synchronized recording, in ascending order.
-    """
+def join_frames(frames: Iterable[int]) -> list[FrameSpan]:
+    """Return the spans of consecutive frames; `frames` are in ascending order."""
     spans: list[FrameSpan] = []
     for frame in frames:
         first = spans.pop()[0] if spans and spans[-1][1] == frame - 1 else frame
         spans.append((first, frame))
+    return spans
+
+
+def suggest_ignoring(camera: str, spans: Sequence[FrameSpan]) -> str:
+    """Return advice to ignore frames of a camera, as part of a sentence.
+
+    Args:
+        camera: Name of the camera.
+        spans: Spans of frames of the synchronized recording.
+    """
     entry = json.dumps(IgnoredFrames({camera: tuple(spans)}).to_json())
     return f'write "ignored_frames": {entry} into quarc-capture.json to use only the other cameras'
 

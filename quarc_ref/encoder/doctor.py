@@ -24,6 +24,7 @@ from quarc_ref.encoder.checks.machine import (
     measure_free_resources,
 )
 from quarc_ref.encoder.checks.motion_checks import find_motion_faults
+from quarc_ref.encoder.checks.moved_cameras import find_moved_cameras
 from quarc_ref.encoder.checks.recording import find_unreadable, read_recordings
 from quarc_ref.encoder.forecast import Forecast, forecast
 from quarc_ref.encoder.progress import NullProgress, Progress
@@ -115,6 +116,8 @@ def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
         *find_interlaced_videos(capture),
         *find_exposure_changes(names, recordings),
         *find_motion_faults(capture.cameras, recordings, capture.notes.offsets, capture.start),
+        # Where only a subject shows, its motion cannot be told from that of the camera.
+        *(find_moved_cameras(names, recordings, capture.start) if capture.alphas is None else ()),
         *find_wrong_poses(capture),
     ]
 

@@ -95,6 +95,28 @@ def freeze_video(folder):
     rewrite_video(folder, lambda pictures: [pictures[0]] * len(pictures))
 
 
+def push_camera(folder):
+    """Shift all pictures from frame 7 on by three pixels."""
+    rewrite_video(
+        folder,
+        lambda pictures: [
+            np.roll(picture, 3, axis=1) if frame >= 7 else picture
+            for frame, picture in enumerate(pictures)
+        ],
+    )
+
+
+def cover_camera(folder):
+    """Make all pictures from frame 7 on dark gray."""
+    rewrite_video(
+        folder,
+        lambda pictures: [
+            np.full_like(picture, 20) if frame >= 7 else picture
+            for frame, picture in enumerate(pictures)
+        ],
+    )
+
+
 def repeat_frames(folder):
     rewrite_video(
         folder, lambda pictures: [pictures[i - (i % 3 == 2)] for i in range(len(pictures))]
@@ -161,6 +183,8 @@ FAULTS = {
     delay_video: ("out-of-sync", (CAMERA,)),
     freeze_video: ("frozen-camera", (CAMERA,)),
     repeat_frames: ("repeated-frames", (CAMERA,)),
+    push_camera: ("camera-moved", (CAMERA,)),
+    cover_camera: ("camera-covered", (CAMERA,)),
     damage_frame: ("unreadable-frame", (CAMERA,)),
     swap_videos: ("poses-mixed-up", (CAMERA, OTHER_CAMERA)),
     duplicate_video: ("same-pictures", (CAMERA, OTHER_CAMERA)),

@@ -45,17 +45,17 @@ def find_exposure_changes(
 
 
 def measure_gains(recording: Recording) -> Numbers | None:
-    """Return the `[T]` exposures of the frames, relative to the camera's median picture.
+    """Return the `[S]` exposures of the samples, relative to the camera's median picture.
 
     They are NaN for unreadable frames. The result is None if too few frames can be read, or too
     few pixels are neither dark nor bright.
     """
-    readable = np.flatnonzero(recording.is_usable)
+    readable = np.flatnonzero(recording.samples.is_usable)
     if len(readable) < _MIN_FRAMES:
         return None
     count = min(len(readable), _MAX_REFERENCE_FRAMES)
     chosen = readable[np.linspace(0, len(readable) - 1, count).round().astype(int)]
-    levels = recording.gray_levels
+    levels = recording.samples.levels
     reference = np.median(levels[chosen], axis=0)
     is_compared = (reference > _BLACK) & (reference < _WHITE)
     if is_compared.mean() < _MIN_COMPARED_SHARE:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.findings import Finding, format_names
-from quarc_ref.datasets.ignored_frames import suggest_ignoring
+from quarc_ref.datasets.ignored_frames import join_frames, suggest_ignoring
 from quarc_ref.encoder.checks.recording import Recording
 from quarc_ref.format.cameras import Camera
 from quarc_ref.wording import format_count
@@ -120,7 +120,7 @@ def _find_repeats(
             message = (
                 f"{name} repeats the previous picture in frames {format_names([*map(str, frames)])}"
                 ", probably because frames were lost in recording or conversion: convert the "
-                f"original recording again, or {suggest_ignoring(name, frames)}"
+                f"original recording again, or {suggest_ignoring(name, join_frames(frames))}"
             )
             yield Finding("repeated-frames", message, (name,))
 

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.encoder.checks.exposure_changes import find_exposure_changes
-from quarc_ref.encoder.checks.recording import Recording
+from quarc_ref.encoder.checks.recording import GrayFrames, Recording
 
 _FRAME_COUNT = 6
 _NAMES = [f"cam{index:02}" for index in range(4)]
@@ -20,7 +20,8 @@ def _make_recording(seed, gains=1.0, unreadable_frames=(), black_share=0.0):
     levels[list(unreadable_frames)] = 0
     is_usable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
     pictures = np.round(levels * 128).astype(np.uint16)
-    return Recording(1, pictures, is_usable, dict.fromkeys(unreadable_frames, "damaged"))
+    frames = GrayFrames(np.arange(_FRAME_COUNT), pictures, is_usable)
+    return Recording(1, frames, frames, dict.fromkeys(unreadable_frames, "damaged"))
 
 
 def _find(*recordings):

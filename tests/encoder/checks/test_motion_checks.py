@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from quarc_ref.encoder.checks.motion_checks import find_motion_faults
-from quarc_ref.encoder.checks.recording import Recording, read_recordings
+from quarc_ref.encoder.checks.recording import GrayFrames, Recording, read_recordings
 from tests.encoder.toys import make_cameras
 from tests.encoder.transparent_toys import make_subject_capture
 
@@ -17,7 +17,8 @@ def _make_recording(seed: int, unreadable_frames=(), *, is_frozen: bool = False)
         pictures[:] = pictures[0]
     pictures[list(unreadable_frames)] = 0
     is_usable = ~np.isin(np.arange(_FRAME_COUNT), unreadable_frames)
-    return Recording(1, pictures, is_usable, dict.fromkeys(unreadable_frames, "damaged"))
+    frames = GrayFrames(np.arange(_FRAME_COUNT), pictures, is_usable)
+    return Recording(1, frames, frames, dict.fromkeys(unreadable_frames, "damaged"))
 
 
 @pytest.mark.parametrize("unreadable_frames", [(), (1, 3), (0, 1, 2, 3, 4)])
@@ -39,8 +40,13 @@ def test_a_camera_that_does_not_see_the_subject_is_not_frozen():
 
     recordings = read_recordings(capture, lambda *_: None)
 
-    assert [recording.is_usable.all() for recording in recordings] == [True, True, False, True]
-    assert not recordings[2].is_usable.any()
+    assert [recording.first_frames.is_usable.all() for recording in recordings] == [
+        True,
+        True,
+        False,
+        True,
+    ]
+    assert not recordings[2].first_frames.is_usable.any()
     assert list(find_motion_faults(capture.cameras, recordings)) == []
 
 
