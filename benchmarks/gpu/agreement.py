@@ -6,6 +6,7 @@ pixels can differ where a value is close to a threshold at which a renderer skip
 stops.
 """
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,11 +20,11 @@ from quarc_ref.rendering.backends import choose_rasterizer
 from quarc_ref.rendering.raster_numba import NumbaRasterizer
 from quarc_ref.rendering.raster_torch import TorchRasterizer
 from quarc_ref.rendering.rasterizer import Gaussians, Rasterizer, activate_opacities
-from raster import make_scene
 
 _WIDTH, _HEIGHT = 160, 120
 _MAX_PICTURE_ERROR = 2e-2
 _MAX_RELATIVE_GRADIENT_ERROR = 1e-2
+_GAUSSIAN_SIGMA_PIXELS = 1.5  # typical standard deviation in the middle of the scene
 _LEAF_NAMES = ("means", "quaternions", "scales", "opacities", "sh")
 
 
@@ -63,8 +64,7 @@ def run(sizes: Sizes, folder: Path, row_log: RowLog) -> None:
 def _render_scene(backend: _Backend, count: int) -> dict[str, Tensor]:
     """Render a random scene; return image, alpha and gradients as float64 tensors on the CPU."""
     leaves = [
-        leaf.detach().to(backend.device, backend.dtype).requires_grad_()
-        for leaf in make_scene(count, _WIDTH)
+        leaf.to(backend.device, backend.dtype).requires_grad_() for leaf in _make_scene(count)
     ]
     means, quaternions, scales, logits, sh = leaves
     gaussians = Gaussians(means, quaternions, torch.exp(scales), activate_opacities(logits), sh)
@@ -77,6 +77,24 @@ def _render_scene(backend: _Backend, count: int) -> dict[str, Tensor]:
     gradients = dict(zip(_LEAF_NAMES, torch.autograd.grad(loss, leaves), strict=True))
     tensors = {"image": rendering.image, "alpha": rendering.alpha, **gradients}
     return {name: tensor.detach().double().cpu() for name, tensor in tensors.items()}
+
+
+def _make_scene(count: int) -> list[Tensor]:
+    """Return random tensors: means, quaternions, log-scales, opacity logits and SH."""
+    generator = torch.Generator().manual_seed(0)
+
+    def sample_normal(*shape: int) -> Tensor:
+        return torch.randn(*shape, generator=generator)
+
+    means = sample_normal(count, 3) * torch.tensor([1.5, 0.9, 0.8]) + torch.tensor([0.0, 0.0, 4.0])
+    mean_log_scale = math.log(_GAUSSIAN_SIGMA_PIXELS * 4.0 / _WIDTH)
+    return [
+        means,
+        sample_normal(count, 4),
+        sample_normal(count, 3) * 0.4 + mean_log_scale,
+        sample_normal(count),
+        sample_normal(count, 4, 3) / 4,
+    ]
 
 
 def _compare(
