@@ -13,7 +13,7 @@ from hostile import command as hostile_command
 _BENCHMARKS = Path(options.__file__).parent
 
 
-@pytest.mark.parametrize("script", ["capture.py", "encode.py", "rate.py"])
+@pytest.mark.parametrize("script", ["encode.py", "rate.py"])
 def test_a_folder_that_is_not_a_capture_is_named_without_a_traceback(
     tmp_path, monkeypatch, capsys, script
 ):
