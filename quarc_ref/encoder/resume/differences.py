@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from quarc_ref.encoder.settings.renamed import update_names
 from quarc_ref.format.errors import ResumeError
 
 _DESCRIPTIONS = {
@@ -40,10 +39,6 @@ def make_resume_error(what: str, differences: list[str]) -> ResumeError:
 
 def compare_metadata(existing_metadata: dict[str, str], new_metadata: dict[str, str]) -> list[str]:
     """Return the names of metadata entries and settings that differ."""
-    if "settings" in existing_metadata:
-        existing_metadata = existing_metadata | {
-            "settings": update_names(existing_metadata["settings"])
-        }
     differing_names = [
         name
         for name in {**existing_metadata, **new_metadata}

@@ -1,8 +1,4 @@
-"""Maps the old names of settings to the current names.
-
-`--set` rejects an old name with a message that states the current name. `--resume`
-translates old names in the metadata of a stream.
-"""
+"""Maps the old names of settings, which `--set` rejects, to the current names."""
 
 RENAMED = {
     "canonical.every": "canonical.keyframe_interval",
@@ -55,9 +51,3 @@ RENAMED = {
     "updates.dies_below": "updates.death_opacity",
     "rate_weight": "rd_lambda",
 }
-
-
-def update_names(settings: str) -> str:
-    """Replace old names in settings from the metadata of a stream (`NAME=VALUE ...`)."""
-    items = (item.partition("=") for item in settings.split(" "))
-    return " ".join(RENAMED.get(name, name) + equals + value for name, equals, value in items)

@@ -7,7 +7,6 @@ from quarc_ref.encoder import EncodeOptions, encode_stream
 from quarc_ref.encoder.resume.partial_stream import PartialStream, read_partial_stream
 from quarc_ref.encoder.settings.config import StepSettings
 from quarc_ref.encoder.settings.frames import UpdateSettings
-from quarc_ref.encoder.settings.renamed import RENAMED
 from quarc_ref.encoder.stream_file import encode_file
 from quarc_ref.format import container
 from quarc_ref.format.errors import BadMagicError, PayloadCrcError, ResumeError
@@ -234,21 +233,6 @@ def test_other_settings_are_rejected_by_name(changes, message, complete_stream, 
         _resume(tmp_path / "a.quarc", partial_data, options)
 
     assert (tmp_path / "a.quarc").read_bytes() == partial_data
-
-
-def test_a_stream_that_quotes_old_names_of_settings_is_resumed(complete_stream, tmp_path):
-    current_settings = read_partial_stream(BytesSource(complete_stream)).metadata["settings"]
-    names = {new: old for old, new in RENAMED.items()}
-    items = (item.partition("=") for item in current_settings.split(" "))
-    old_settings = " ".join(names.get(name, name) + "=" + value for name, _, value in items)
-    assert "motion.rate=" in old_settings
-    older_stream = _replace_metadata(complete_stream, settings=old_settings)
-
-    ends = _chunk_ends(complete_stream)
-    resumed = _resume(tmp_path / "a.quarc", older_stream[: -(ends[7] - ends[6])])  # without frame 4
-
-    assert resumed.startswith(older_stream)
-    assert [chunk.kind for chunk in split_chunks(resumed)][-1] == container.TAIL
 
 
 @pytest.mark.parametrize(
