@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from quarc_ref.cli.encode_arguments import reject_conflicts
 from quarc_ref.cli.encode_findings import FindingCollector
-from quarc_ref.cli.encoder_options import open_requested_capture, require_device
+from quarc_ref.cli.encoder_options import name_capture_options, require_device
 from quarc_ref.cli.errors import UsageError
 from quarc_ref.cli.stream_targets import (
     checked_stream_path,
@@ -61,18 +61,18 @@ class EncodeJob:
         Raises:
             UsageError: A requested camera or frame does not exist.
             CaptureError: The capture cannot be read.
+            UnicodeEncodeError: The name of the capture or of a camera is not valid UTF-8.
         """
-        from quarc_ref.datasets.errors import TooFewFramesError
+        from quarc_ref.datasets.open_capture import open_capture
         from quarc_ref.encoder import EncodeOptions
 
         if not self.is_remote:
             require_device(self.device)
-        capture = open_requested_capture(self.folder, self.capture_options)
-        try:
+        with name_capture_options(self.capture_options, self.frame_count):
+            capture = open_capture(self.folder, self.capture_options)
             capture.require_frames(self.frame_count)
-        except TooFewFramesError as error:
-            message = f"--frames {self.frame_count}: {error}"
-            raise UsageError(message) from error
+        for name in (capture.name, *(camera.name for camera in capture.cameras)):
+            name.encode()  # raises UnicodeEncodeError now, rather than after training
         return capture, EncodeOptions(
             self.config,
             self.frame_count,

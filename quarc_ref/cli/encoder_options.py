@@ -2,13 +2,13 @@
 
 import math
 import sys
-from pathlib import Path
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from quarc_ref.cli.errors import UsageError
 
 if TYPE_CHECKING:
-    from quarc_ref.datasets.capture import Capture
     from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder.settings.config import EncoderConfig
 
@@ -87,30 +87,25 @@ def require_device(device: str) -> None:
         raise UsageError(message)
 
 
-def open_requested_capture(folder: Path, options: "CaptureOptions") -> "Capture":
-    """Open a capture with options from the command line.
+@contextmanager
+def name_capture_options(options: "CaptureOptions", frame_count: int | None) -> Iterator[None]:
+    """Name the option in errors about options of a capture; these become UsageErrors.
 
-    Raises:
-        UsageError: The pictures cannot be downscaled by the factor, a camera to hold out does not
-            exist, or the start frame is after the last frame.
-        CaptureError: The capture cannot be read.
-        UnicodeEncodeError: The name of a file, the capture or a camera is not valid UTF-8.
+    Args:
+        options: Options with which the capture is opened in the `with` block.
+        frame_count: Value of `--frames`; None for all frames.
     """
     from quarc_ref.datasets.calibration import DownscaleError
-    from quarc_ref.datasets.errors import HeldOutError, StartError
-    from quarc_ref.datasets.open_capture import open_capture
+    from quarc_ref.datasets.errors import HeldOutError, StartError, TooFewFramesError
 
+    option_by_error: dict[type[Exception], str] = {
+        HeldOutError: "--held-out",
+        StartError: f"--start {options.start}",
+        TooFewFramesError: f"--frames {frame_count}",
+        DownscaleError: f"--downscale {options.downscale}",
+    }
     try:
-        capture = open_capture(folder, options)
-    except HeldOutError as error:
-        message = f"--held-out: {error}"
+        yield
+    except tuple(option_by_error) as error:
+        message = f"{option_by_error[type(error)]}: {error}"
         raise UsageError(message) from error
-    except DownscaleError as error:
-        message = f"--downscale {options.downscale}: {error}"
-        raise UsageError(message) from error
-    except StartError as error:
-        message = f"--start {options.start}: {error}"
-        raise UsageError(message) from error
-    for name in (capture.name, *(camera.name for camera in capture.cameras)):
-        name.encode()  # raises UnicodeEncodeError now, rather than after training
-    return capture

@@ -8,15 +8,15 @@ import typer
 
 from quarc_ref.cli.completion import complete_preset
 from quarc_ref.cli.encode_arguments import HeldOut
-from quarc_ref.cli.encoder_options import make_config, require_device
-from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.encoder_options import make_config, name_capture_options, require_device
+from quarc_ref.cli.errors import report_errors
 from quarc_ref.cli.options import AsJson, CaptureFolder, Quiet
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, print_message
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
     from quarc_ref.datasets.open_capture import CaptureOptions
-    from quarc_ref.encoder.doctor import Diagnosis, ExamineOptions
+    from quarc_ref.encoder.doctor import Diagnosis
 
 _EXIT_FINDINGS = 1
 _UNITS = ("B", "KB", "MB", "GB", "TB")
@@ -57,13 +57,16 @@ def doctor(
     """Find problems in a capture, and forecast the time, memory and disk space of its encode."""
     with report_errors():
         from quarc_ref.datasets.open_capture import CaptureOptions
-        from quarc_ref.encoder.doctor import ExamineOptions
+        from quarc_ref.encoder.doctor import ExamineOptions, examine
 
         require_device(device)
         capture_options = CaptureOptions(downscale, tuple(held_out or ()), frames, start)
         config = make_config(preset, [], 0)
-        with TerminalProgress(quiet=quiet) as progress:
-            diagnosis = _examine(
+        with (
+            TerminalProgress(quiet=quiet) as progress,
+            name_capture_options(capture_options, frames),
+        ):
+            diagnosis = examine(
                 capture, ExamineOptions(capture_options, quick, config, device, progress)
             )
         if as_json:
@@ -75,27 +78,6 @@ def doctor(
             print_message(f"{finding.kind}: {finding.message}")
         if diagnosis.findings:
             raise typer.Exit(_EXIT_FINDINGS)
-
-
-def _examine(folder: Path, options: "ExamineOptions") -> "Diagnosis":
-    from quarc_ref.datasets.calibration import DownscaleError
-    from quarc_ref.datasets.errors import HeldOutError, StartError, TooFewFramesError
-    from quarc_ref.encoder.doctor import examine
-
-    try:
-        return examine(folder, options)
-    except HeldOutError as error:
-        message = f"--held-out: {error}"
-        raise UsageError(message) from error
-    except StartError as error:
-        message = f"--start {options.capture_options.start}: {error}"
-        raise UsageError(message) from error
-    except TooFewFramesError as error:
-        message = f"--frames {options.capture_options.max_frames}: {error}"
-        raise UsageError(message) from error
-    except DownscaleError as error:
-        message = f"--downscale {options.capture_options.downscale}: {error}"
-        raise UsageError(message) from error
 
 
 def _describe_diagnosis(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
