@@ -2,6 +2,7 @@
 
 import pytest
 
+from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
 from tests.datasets import scenes
 
 
@@ -40,3 +41,18 @@ def video(tmp_path_factory):
 def decoded_frames(video):
     """The frames of `video`."""
     return scenes.read_video(video)
+
+
+@pytest.fixture(scope="session")
+def cameras_and_pictures():
+    """Cameras in front of the plane y = 0, and their pictures."""
+    shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
+    cameras = [
+        CalibratedCamera(
+            shot.name,
+            Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy),
+            make_pose(shot.axes, shot.center),
+        )
+        for shot in shots
+    ]
+    return cameras, [scenes.render(shot, painting=scenes.paint_grains, samples=4) for shot in shots]

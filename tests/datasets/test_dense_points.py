@@ -1,28 +1,12 @@
 import numpy as np
 import pytest
 
-from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
 from quarc_ref.datasets.capture import Points
 from quarc_ref.datasets.dense_points import add_dense_points
 from quarc_ref.datasets.plane_sweep import average_best_two
 from tests.datasets import scenes
 
 PLANE_POINTS = scenes.make_plane_points(50)
-
-
-@pytest.fixture(scope="module")
-def cameras_and_pictures():
-    """Cameras in front of the plane y = 0, and their pictures."""
-    shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
-    cameras = [
-        CalibratedCamera(
-            shot.name,
-            Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy),
-            make_pose(shot.axes, shot.center),
-        )
-        for shot in shots
-    ]
-    return cameras, [scenes.render(shot, painting=scenes.paint_grains, samples=4) for shot in shots]
 
 
 @pytest.fixture(scope="module")

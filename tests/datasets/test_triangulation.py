@@ -4,25 +4,10 @@ import numpy as np
 import pycolmap
 import pytest
 
-from quarc_ref.datasets.calibration import CalibratedCamera, Lens, make_pose
+from quarc_ref.datasets.calibration import make_pose
 from quarc_ref.datasets.errors import UnreadablePointsError
 from quarc_ref.datasets.triangulation import triangulate
 from tests.datasets import scenes
-
-
-@pytest.fixture(scope="module")
-def cameras_and_pictures():
-    """Cameras in front of the plane y = 0, and their pictures."""
-    shots = scenes.make_shots(count=5, size=(160, 120), focal=150.0)
-    cameras = [
-        CalibratedCamera(
-            shot.name,
-            Lens(shot.width, shot.height, shot.fx, shot.fy, shot.cx, shot.cy),
-            make_pose(shot.axes, shot.center),
-        )
-        for shot in shots
-    ]
-    return cameras, [scenes.render(shot, painting=scenes.paint_grains, samples=4) for shot in shots]
 
 
 @pytest.fixture(scope="module")
