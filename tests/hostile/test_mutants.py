@@ -16,7 +16,7 @@ from quarc_ref.streams import Gap, PipeSource, decode, recover
 from quarc_ref.streams.http_source import HttpSource
 from tests.cli.commands import run
 from tests.engines import needs_fast
-from tests.streams.test_http_source import _serve
+from tests.streams.hostile_servers import serve_data
 
 _SEEDS = {
     path.stem: path.read_bytes()
@@ -48,7 +48,7 @@ def test_a_mutant_decodes_the_same_in_memory_and_from_a_pipe(data):
 def test_mutants_decode_the_same_from_a_server():
     for number in range(40):
         data = _MUTATOR.make(number).data
-        with _serve(data or b"x") as server:
+        with serve_data(data or b"x") as server:
             assert _summarize(HttpSource(server.url)) == _summarize(data or b"x")
 
 

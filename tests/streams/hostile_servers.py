@@ -216,3 +216,8 @@ def serve(answer: Responder, tls: ssl.SSLContext | None = None) -> Iterator[_Ser
         server.shutdown()
         thread.join()
         server.server_close()
+
+
+def serve_data(data: bytes) -> contextlib.AbstractContextManager[_Server]:
+    """Run a correct server of a stream in a thread, and yield the server."""
+    return serve(lambda request: request.answer(data))

@@ -1,8 +1,5 @@
-import contextlib
 import errno
-import http.server
 import os
-import re
 import threading
 import time
 
@@ -14,73 +11,14 @@ from quarc_ref.format.records import StreamHeader
 from quarc_ref.streams import Follow, decode, open_source, recover
 from quarc_ref.streams.http_source import HttpSource
 from tests.small_streams import make_stream
+from tests.streams.hostile_servers import serve, serve_data
 
 _DATA, _STATES = make_stream(gaussian_count=12, frame_count=12, canonical_every=4)
 _DIGESTS = [compute_digest(state.scene) for state in _STATES]
 
 
-class _Server(http.server.ThreadingHTTPServer):
-    """Serves ranges of a stream; `fault` is a function that sends a faulty response instead."""
-
-    daemon_threads = True
-
-    def __init__(self, data: bytes, fault=None) -> None:
-        super().__init__(("127.0.0.1", 0), _Handler)
-        self.data, self.fault, self.ranges, self.paths = data, fault, [], []
-        self.stop_event = threading.Event()
-        self.url = f"http://127.0.0.1:{self.server_port}/stream.quarc"
-
-    def handle_error(self, request, client_address):
-        """Ignore errors: the clients of these tests close connections early."""
-
-
-class _Handler(http.server.BaseHTTPRequestHandler):
-    def log_message(self, *_):
-        """Do not log."""
-
-    def answer(self, status, body, **headers):
-        self.send_response(status)
-        for name, value in headers.items():
-            self.send_header(name.replace("_", "-"), value)
-        self.end_headers()
-        with contextlib.suppress(OSError):
-            self.wfile.write(body)
-
-    def do_GET(self):
-        self.server.paths.append(self.path)
-        first, last = map(int, re.fullmatch(r"bytes=(\d+)-(\d+)", self.headers["Range"]).groups())
-        self.server.ranges.append((first, last))
-        if self.server.fault:
-            self.server.fault(self, first, last)
-            return
-        data = self.server.data
-        if first >= len(data):
-            self.answer(416, b"", Content_Range=f"bytes */{len(data)}", Content_Length="0")
-            return
-        body = data[first : last + 1]
-        self.answer_range(first, body, str(len(data)))
-
-    def answer_range(self, first, body, total):
-        content_range = f"bytes {first}-{first + len(body) - 1}/{total}"
-        self.answer(206, body, Content_Range=content_range, Content_Length=str(len(body)))
-
-
-@contextlib.contextmanager
-def _serve(data=_DATA, fault=None):
-    server = _Server(data, fault)
-    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": 0.01})
-    thread.start()
-    try:
-        yield server
-    finally:
-        server.stop_event.set()
-        server.shutdown()
-        thread.join()
-        server.server_close()
-
-
 def test_a_stream_on_a_server_decodes_as_in_memory():
-    with _serve() as server, open_source(server.url) as source:
+    with serve_data(_DATA) as server, open_source(server.url) as source:
         assert source.size() == len(_DATA)
         assert [compute_digest(scene) for scene in decode(source)] == _DIGESTS
 
@@ -93,21 +31,27 @@ def test_a_stream_on_a_server_decodes_as_in_memory():
     ],
 )
 def test_characters_that_a_url_does_not_allow_are_escaped(name, path):
-    with _serve() as server:
-        assert HttpSource(server.url.replace("stream.quarc", name)).read(0, 4) == _DATA[:4]
-        assert server.paths == [path]
+    with serve_data(_DATA) as server:
+        assert HttpSource(server.url.replace("stream", name)).read(0, 4) == _DATA[:4]
+    assert [head.split(" ")[1] for head in server.request_heads] == [path]
 
 
 def test_a_range_of_frames_takes_less_than_half_of_the_bytes():
-    with _serve() as server:
+    lengths = []
+
+    def answer(request):
+        lengths.append(request.last + 1 - request.first)
+        request.answer(_DATA)
+
+    with serve(answer) as server:
         (scene,) = decode(HttpSource(server.url), 8, 9)
 
-        assert compute_digest(scene) == _DIGESTS[8]
-        assert sum(last + 1 - first for first, last in server.ranges) < len(_DATA) / 2
+    assert compute_digest(scene) == _DIGESTS[8]
+    assert sum(lengths) < len(_DATA) / 2
 
 
 def test_only_a_read_at_the_end_is_short():
-    with _serve() as server:
+    with serve_data(_DATA) as server:
         source = HttpSource(server.url)
         assert source.read(len(_DATA) - 3, 10) == _DATA[-3:]
         assert source.read(len(_DATA), 10) == b""
@@ -116,126 +60,98 @@ def test_only_a_read_at_the_end_is_short():
 
 
 def test_a_truncated_stream_on_a_server_is_rejected_as_truncated():
-    with _serve(_DATA[:-1]) as server:
+    with serve_data(_DATA[:-1]) as server:
         with pytest.raises(TruncatedError):
             list(decode(HttpSource(server.url)))
         assert list(recover(HttpSource(server.url)))[-1].reject_id == "truncated"
 
 
 def test_a_growing_stream_on_a_server_can_be_followed():
-    with _serve(_DATA[:500]) as server:
+    versions = [_DATA[:500]]
+    with serve(lambda request: request.answer(versions[-1])) as server:
         scenes = decode(HttpSource(server.url), follow=Follow(interval=0.01, patience=20))
-        timer = threading.Timer(0.1, lambda: setattr(server, "data", _DATA))
+        timer = threading.Timer(0.1, versions.append, [_DATA])
         timer.start()
         assert [compute_digest(scene) for scene in scenes] == _DIGESTS
         timer.join()
 
 
 def test_an_empty_stream_has_a_size():
-    with _serve(b"") as server:
+    with serve_data(b"") as server:
         assert HttpSource(server.url).size() == 0
 
 
-def test_a_server_without_a_content_length_is_read():
-    def fault(handler, first, last):
-        if first < len(_DATA):
-            handler.answer_range(first, _DATA[first : last + 1], "*")
-        else:
-            handler.answer(416, b"", Content_Length="0")
+def _send_range(request, first, end, size):
+    body = _DATA[first:end]
+    headers = f"Content-Range: bytes {first}-{first + len(body) - 1}/{size}\n"
+    headers += f"Content-Length: {len(body)}\n\n"
+    request.send(f"HTTP/1.1 206 Partial Content\n{headers}", body)
 
-    with _serve(fault=fault) as server:
+
+def test_a_server_without_a_content_length_is_read():
+    def answer(request):
+        if request.first < len(_DATA):
+            _send_range(request, request.first, request.last + 1, "*")
+        else:
+            request.send("HTTP/1.1 416 Range Not Satisfiable\nContent-Length: 0\n\n")
+
+    with serve(answer) as server:
         source = HttpSource(server.url)
         assert source.size() is None
         assert [compute_digest(scene) for scene in decode(source, 6)] == _DIGESTS[6:]
 
 
-def _ignore_ranges(handler, _first, _last):
-    handler.answer(200, _DATA, Content_Length=str(len(_DATA)))
+def _send_fewer_bytes(request):
+    _send_range(request, request.first, request.last, len(_DATA))
 
 
-def _answer_other_bytes(handler, first, last):
-    handler.answer_range(first + 1, _DATA[first + 1 : last + 2], str(len(_DATA)))
+def _send_more_bytes(request):
+    _send_range(request, request.first, request.last + 2, "*")
 
 
-def _answer_fewer_bytes(handler, first, last):
-    handler.answer_range(first, _DATA[first:last], str(len(_DATA)))
+def _omit_range(request):
+    request.send("HTTP/1.1 206 Partial Content\nContent-Length: 8\n\n", _DATA[:8])
 
 
-def _answer_more_bytes(handler, first, last):
-    handler.answer_range(first, _DATA[first : last + 2], "*")
+def _answer_not_found(request):
+    request.send("HTTP/1.1 404 Not Found\nContent-Length: 0\n\n")
 
 
-def _omit_range(handler, first, last):
-    handler.answer(206, _DATA[first : last + 1], Content_Length=str(last + 1 - first))
-
-
-def _hang_up(handler, first, last):
-    content_range = f"bytes {first}-{last}/{len(_DATA)}"
-    handler.answer(206, b"x", Content_Range=content_range, Content_Length=str(last + 1 - first))
-
-
-def _answer_not_found(handler, _first, _last):
-    handler.answer(404, b"", Content_Length="0")
-
-
-def _send_garbage(handler, _first, _last):
-    handler.wfile.write(b"this is no HTTP\r\n\r\n")
+def _send_garbage(request):
+    request.send("this is no HTTP\n\n")
 
 
 @pytest.mark.parametrize(
-    ("fault", "message"),
+    ("answer", "message"),
     [
-        (_ignore_ranges, "does not support range requests"),
-        (_answer_other_bytes, "sends bytes 1 to 8 where 0 to 7 were requested"),
-        (_answer_fewer_bytes, "sends bytes 0 to 6 where 0 to 7 were requested"),
-        (_answer_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
+        (_send_fewer_bytes, "sends bytes 0 to 6 where 0 to 7 were requested"),
+        (_send_more_bytes, "sends bytes 0 to 8 where 0 to 7 were requested"),
         (_omit_range, "does not state which bytes"),
-        (_hang_up, "stops after 1 of 8 bytes"),
         (_answer_not_found, "answers 404"),
         (_send_garbage, "cannot be read"),
     ],
 )
-def test_a_server_with_another_response_is_named(fault, message):
-    with _serve(fault=fault) as server:
+def test_a_server_with_another_response_is_named(answer, message):
+    with serve(answer) as server:
         with pytest.raises(SourceError, match=message) as caught:
             list(decode(HttpSource(server.url, patience=0)))
         assert server.url in str(caught.value)
-        assert len(server.ranges) == 1
+        assert len(server.request_heads) == 1
 
 
-def _stall_at_once(handler, _first, _last):
-    handler.server.stop_event.wait(10)
+def _stall_at_once(request):
+    request.stop_event.wait(10)
 
 
-def _stall_in_the_body(handler, first, last):
-    _stall_after(handler, first, last, b"x")
+def _stall_in_the_body(request):
+    body = request.send_head(_DATA, "Content-Length: 40\n\n")
+    request.send("", body[:1])
+    request.stop_event.wait(10)
 
 
-def _stall_after(handler, first, last, body_start):
-    content_range = f"bytes {first}-{last}/{len(_DATA)}"
-    handler.send_response(206)
-    handler.send_header("Content-Range", content_range)
-    handler.send_header("Content-Length", str(last + 1 - first))
-    handler.end_headers()
-    handler.wfile.write(body_start)
-    handler.server.stop_event.wait(10)
-
-
-def _send_slowly(handler, first, last):
-    content_range = f"bytes {first}-{last}/{len(_DATA)}"
-    handler.send_response(206)
-    handler.send_header("Content-Range", content_range)
-    handler.send_header("Content-Length", str(last + 1 - first))
-    handler.end_headers()
-    with contextlib.suppress(OSError):
-        for byte in _DATA[first : last + 1]:
-            handler.wfile.write(bytes([byte]))
-            handler.server.stop_event.wait(0.1)
-
-
-@pytest.mark.parametrize("fault", [_stall_at_once, _stall_in_the_body, _send_slowly])
-def test_a_stalling_server_times_out(fault):
-    with _serve(fault=fault) as server:
+@pytest.mark.parametrize("answer", [_stall_at_once, _stall_in_the_body])
+def test_a_stalling_server_times_out(answer):
+    with serve(answer) as server:
         start_time = time.monotonic()
         with pytest.raises(SourceError, match=r"takes more than 0\.2 seconds"):
             HttpSource(server.url, timeout=0.2, patience=0).read(0, 40)
@@ -263,7 +179,7 @@ def test_frames_at_and_after_a_snapshot_are_read_by_ranges(frame):
     header = StreamHeader(snapshots=True, gaussians_per_anchor=4)
     data, states = make_stream(header, 40, 12, snapshot_every=4)
 
-    with _serve(data) as server, open_source(server.url) as source:
+    with serve_data(data) as server, open_source(server.url) as source:
         scene = next(iter(decode(source, frame, frame + 1)))
 
     assert compute_digest(scene) == compute_digest(states[frame].scene)
