@@ -1,6 +1,7 @@
 """Command-line options that several benchmarks share."""
 
 import argparse
+from pathlib import Path
 
 from quarc_ref.jobs import WorkerPool
 
@@ -49,6 +50,26 @@ def add_capture_options(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="name of a held-out camera; may be repeated (default: the first camera)",
     )
+
+
+def add_study_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of studies: `--lpips`, and those from which `make_pool` makes the pool."""
+    add = parser.add_argument
+    add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS (VGG16)")
+    add(
+        "--device",
+        choices=("auto", "cpu", "cuda"),
+        default="cpu",
+        help="device of the training (default: %(default)s)",
+    )
+    add("--workers", type=int, default=1, help="number of parallel encodes (default: %(default)s)")
+    add("--threads", type=int, default=1, help="threads per encode (default: %(default)s)")
+    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
+
+
+def split_names(text: str) -> list[str]:
+    """Return the different names in a comma-separated list."""
+    return list(dict.fromkeys(name for name in text.split(",") if name))
 
 
 def make_pool(options: argparse.Namespace) -> WorkerPool:

@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from atomic_files import write_atomically
-from quarc_ref.jobs import Job, WorkerPool, run_jobs
+from quarc_ref.jobs import Job, JobsError, WorkerPool, run_jobs
 
 Row = dict[str, Any]
+INTERRUPTED = 130  # exit status after Ctrl-C
 
 _LINE_INTERVAL_SECONDS = 20.0
 _TABLE_INTERVAL_SECONDS = 30.0
@@ -52,8 +53,8 @@ def run_missing(
     jobs: Sequence[Job[Any]],
     pool: WorkerPool,
     write_tables: Callable[[], object],
-) -> None:
-    """Run jobs in a worker pool, and rewrite the tables at most every 30 seconds.
+) -> int:
+    """Run jobs in a worker pool, and rewrite the tables at most every 30 seconds, and at the end.
 
     Args:
         make_row: Function that computes and saves the row of a job.
@@ -61,8 +62,8 @@ def run_missing(
         pool: Worker processes or Ray cluster that runs the jobs.
         write_tables: Function that writes the tables of all rows that exist.
 
-    Raises:
-        JobsError: Some jobs failed; all others are complete.
+    Returns:
+        0 on success, 3 if some jobs failed (all others are complete), `INTERRUPTED` after Ctrl-C.
     """
     last_write_time = time.monotonic()
 
@@ -73,7 +74,17 @@ def run_missing(
             write_tables()
             last_write_time = time.monotonic()
 
-    run_jobs(make_row, jobs, pool, report_job)
+    try:
+        run_jobs(make_row, jobs, pool, report_job)
+    except JobsError as error:
+        write_status(str(error))
+        return 3
+    except KeyboardInterrupt:
+        write_status("interrupted: run the same command again to compute the missing rows")
+        return INTERRUPTED
+    finally:
+        write_tables()
+    return 0
 
 
 def average_stage_seconds(seconds: dict[str, float], frames: int) -> dict[str, float]:

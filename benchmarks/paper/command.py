@@ -8,21 +8,30 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from atomic_files import write_atomically
-from options import add_capture_options, add_set_option, make_pool, parse_count
+from options import (
+    add_capture_options,
+    add_set_option,
+    add_study_options,
+    make_pool,
+    parse_count,
+    split_names,
+)
 from paper.experiments import EXPERIMENTS, Experiment, list_experiments, list_trials
 from paper.results import write_results
 from paper.rows import Task, make_row
 from paper.scenes import format_scenes, format_scenes_csv
+from quarc_ref.cli.encoder_options import make_config
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
 from quarc_ref.encoder.settings.config import EncoderConfig, StepSettings
-from quarc_ref.encoder.settings.presets import PRESETS, change_settings, choose_preset
+from quarc_ref.encoder.settings.presets import PRESETS
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.format.errors import EncodeError
-from quarc_ref.jobs import Job, JobsError, WorkerPool
-from studies import Row, run_missing, write_status
+from quarc_ref.jobs import Job, WorkerPool
+from studies import INTERRUPTED, Row, run_missing, write_status
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,17 +74,13 @@ class Study:
         return write_results(self.experiments, rows, self.folder, self.capture, self.preset)
 
 
-def run_study(study: Study, pool: WorkerPool) -> None:
-    """Run the trials that have no row yet; meanwhile, rewrite the results at regular intervals.
-
-    Raises:
-        JobsError: Some trials failed; all others are complete.
-    """
+def run_study(study: Study, pool: WorkerPool) -> int:
+    """Run the trials that have no row yet, and write the results; see `run_missing`."""
     completed_rows = study.load_rows()
     missing_tasks = [task for task in study.tasks if task.trial.name not in completed_rows]
     write_status(f"{len(completed_rows)} of {len(study.tasks)} rows already exist")
     jobs = [Job(task.trial.name, task) for task in missing_tasks]
-    run_missing(make_row, jobs, pool, study.write_results)
+    return run_missing(make_row, jobs, pool, study.write_results)
 
 
 def plan_studies(arguments: argparse.Namespace) -> list[Study]:
@@ -163,23 +168,15 @@ def main(command_line: Sequence[str] | None = None) -> int:
     try:
         studies = plan_studies(arguments)
         pool = make_pool(arguments)
-    except (ValueError, CaptureError, EncodeError) as error:
+    except (ValueError, CaptureError, EncodeError, UsageError) as error:
         write_status(f"paper.py: {error}")
         return 2
     exit_code = 0
     for study in studies:
         write_status(f"{study.capture}:")
-        try:
-            run_study(study, pool)
-        except JobsError as error:
-            write_status(str(error))
-            exit_code = 3
-        except KeyboardInterrupt:
-            write_status("interrupted: run the same command again to compute the missing trials")
-            exit_code = 130
+        exit_code = max(exit_code, run_study(study, pool))
+        if exit_code == INTERRUPTED:
             break
-        finally:
-            study.write_results()
     _print_results(studies, arguments)
     return exit_code
 
@@ -203,9 +200,7 @@ def _print_results(studies: Sequence[Study], arguments: argparse.Namespace) -> N
 
 def _make_base_config(arguments: argparse.Namespace, capture: Capture) -> EncoderConfig:
     """Return the settings of the full method, with quantization steps adapted to the capture."""
-    settings = [setting.partition("=")[::2] for setting in arguments.set]
-    changes = [*settings, ("seed", str(arguments.seed))]
-    config = change_settings(choose_preset(arguments.preset), changes)
+    config = make_config(arguments.preset, arguments.set, arguments.seed)
     return replace(adapt_steps_to_capture(config, capture), steps=StepSettings())
 
 
@@ -247,24 +242,11 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     )
     add(
         "--only",
-        type=_split_names,
+        type=split_names,
         default=[],
         metavar="NAMES",
         help=f"comma-separated experiments to run (default: all): {','.join(EXPERIMENTS)}",
     )
-    add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS (VGG16)")
-    add(
-        "--device",
-        choices=("auto", "cpu", "cuda"),
-        default="cpu",
-        help="device of the training (default: %(default)s)",
-    )
-    add("--workers", type=int, default=1, help="number of parallel trials (default: %(default)s)")
-    add("--threads", type=int, default=1, help="threads per trial (default: %(default)s)")
-    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
+    add_study_options(parser)
     add("--json", action="store_true", help="print the rows as JSON")
     return parser.parse_args(command_line)
-
-
-def _split_names(text: str) -> list[str]:
-    return [name for name in text.split(",") if name]

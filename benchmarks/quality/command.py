@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
-from options import add_set_option, make_pool, parse_positive
+from options import add_set_option, add_study_options, make_pool, parse_positive, split_names
 from quality.comparison import compare_studies
 from quality.groups import Group, group_rows
 from quality.results import format_groups, write_results
@@ -18,13 +18,15 @@ from quality.study_captures import (
     parse_traced_name,
     trace_if_missing,
 )
+from quarc_ref.cli.encoder_options import make_config
+from quarc_ref.cli.errors import UsageError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.encoder.settings.config import EncoderConfig
-from quarc_ref.encoder.settings.presets import PRESETS, change_settings, choose_preset
+from quarc_ref.encoder.settings.presets import PRESETS
 from quarc_ref.evaluation.lpips import Lpips
-from quarc_ref.jobs import Job, JobsError, WorkerPool
+from quarc_ref.jobs import Job, WorkerPool
 from studies import Row, run_missing, write_status
 
 
@@ -44,15 +46,12 @@ class Study:
     fingerprints: dict[str, str]
     folder: Path
 
-    def run(self, pool: WorkerPool) -> None:
-        """Run the tasks that have no row yet.
-
-        Raises:
-            JobsError: Some encodes failed; all others are complete.
-        """
+    def run(self, pool: WorkerPool) -> int:
+        """Run the tasks that have no row yet, and write the results; see `run_missing`."""
         missing = [task for task in self.tasks if self._load_row(task) is None]
         write_status(f"{len(self.tasks) - len(missing)} of {len(self.tasks)} rows exist already")
-        run_missing(make_row, [Job(task.name, task) for task in missing], pool, self.write_tables)
+        jobs = [Job(task.name, task) for task in missing]
+        return run_missing(make_row, jobs, pool, self.write_tables)
 
     def load_groups(self) -> list[Group]:
         """Return the completed rows, grouped by capture and held-out set."""
@@ -78,7 +77,7 @@ def plan_study(arguments: argparse.Namespace) -> Study:
         CaptureError: A capture cannot be read.
     """
     lpips = Lpips(arguments.lpips) if arguments.lpips else None
-    config = _make_config(arguments)
+    config = make_config(arguments.preset, arguments.set, 0)  # each task has its own seed
     tasks, fingerprints = [], {}
     for study_capture in _prepare_captures(arguments):
         capture = open_capture(study_capture.folder, CaptureOptions(arguments.downscale))
@@ -104,19 +103,10 @@ def main(command_line: Sequence[str] | None = None) -> int:
             return 0
         pool = make_pool(arguments)
         study = plan_study(arguments)
-    except (ValueError, CaptureError) as error:
+    except (ValueError, CaptureError, UsageError) as error:
         write_status(f"quality.py: {error}")
         return 2
-    exit_code = 0
-    try:
-        study.run(pool)
-    except JobsError as error:
-        write_status(str(error))
-        exit_code = 3
-    except KeyboardInterrupt:
-        write_status("interrupted: run the same command again to compute the missing encodes")
-        exit_code = 130
-    study.write_tables()
+    exit_code = study.run(pool)
     print(format_groups(study.load_groups()))
     return exit_code
 
@@ -165,11 +155,6 @@ def _list_tasks(
     ]
 
 
-def _make_config(arguments: argparse.Namespace) -> EncoderConfig:
-    changes = [setting.partition("=")[::2] for setting in arguments.set]
-    return change_settings(choose_preset(arguments.preset), changes)
-
-
 def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="quality.py",
@@ -194,7 +179,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     )
     add(
         "--variants",
-        type=_split_names,
+        type=split_names,
         default=list(DEFAULT_TRACED_NAMES),
         metavar="NAMES",
         help="comma-separated ray-traced captures VARIANT[-CAMERAS][-WIDTHxHEIGHT]; default: "
@@ -221,11 +206,7 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
     add("--preset", choices=sorted(PRESETS), default="main")
     add_set_option(parser)
     add("--downscale", type=parse_positive, default=1, help="downscale pictures by this factor")
-    add("--lpips", type=Path, metavar="WEIGHTS", help="file with the state_dict of LPIPS for VGG16")
-    add("--device", choices=("auto", "cpu", "cuda"), default="cpu")
-    add("--workers", type=int, default=1, help="number of parallel encodes")
-    add("--threads", type=int, default=1, help="number of threads per encode")
-    add("--ray", metavar="ADDRESS", help="run on a Ray cluster: HOST:PORT, auto or local")
+    add_study_options(parser)
     add(
         "--against",
         type=Path,
@@ -233,7 +214,3 @@ def _parse_arguments(command_line: Sequence[str] | None) -> argparse.Namespace:
         help="do not encode; subtract the results in OTHER from those in --out",
     )
     return parser.parse_args(command_line)
-
-
-def _split_names(text: str) -> list[str]:
-    return list(dict.fromkeys(name for name in text.split(",") if name))

@@ -234,11 +234,11 @@ def test_ctrl_c_stops_all_captures_without_a_traceback(folder, tmp_path, monkeyp
     shutil.copytree(folder, other_folder)
     started = []
 
-    def run_until_ctrl_c(study, _pool):
-        started.append(study.capture)
+    def run_until_ctrl_c(_make_row, jobs, *_arguments):
+        started.append(jobs)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command, "run_study", run_until_ctrl_c)
+    monkeypatch.setattr(studies, "run_jobs", run_until_ctrl_c)
     options = ["--out", str(tmp_path / "out"), *TINY_OPTIONS, "--only", "full"]
 
     assert command.main([str(folder), str(other_folder), *options]) == 130
