@@ -131,5 +131,5 @@ class GrowingSource(CountedSource):
         self._all_bytes = data
 
     def wait(self, _seconds: float = 0) -> None:
-        """Let a byte arrive; instead of `Follow.stop_event.wait`."""
+        """Let a byte arrive; instead of `time.sleep`."""
         self._data = self._all_bytes[: len(self._data) + 1]

@@ -9,8 +9,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Generator
 from contextlib import closing
-from dataclasses import dataclass, replace
-from threading import Event
+from dataclasses import dataclass
 from typing import Any
 
 from quarc_ref.decoder.dequantize import Splats
@@ -21,11 +20,14 @@ from quarc_ref.decoder.stream_decoder import StreamDecoder
 from quarc_ref.format.container import Chunk
 from quarc_ref.playback.prefetcher import Prefetcher
 from quarc_ref.streams.decode_stream import walk_frames
-from quarc_ref.streams.follow import Follow
 from quarc_ref.streams.source import Source
 
 # Nanoseconds by stage: "decode" and "floats".
 Times = Counter[str]
+
+# Frames converted to floats in advance, including the one that is being converted. A frame takes
+# about 150 bytes per Gaussian.
+_PREFETCHED_FRAMES = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,40 +75,31 @@ class FramePipeline:
     Attributes:
         source: The stream.
         threads: See `Player`.
-        prefetch: See `Player`.
-        follow: See `Player`.
         times: Counter of nanoseconds by stage; the time of every frame is added to it.
     """
 
     source: Source
     threads: int
-    prefetch: int
-    follow: Follow | None
     times: Times
 
     def make_frames(self, start: int, stop: int | None) -> Frames:
         """Return an iterator over the frames from `start` to `stop` - 1."""
         engine = choose_engine(self.threads)
-        if self.threads == 1:
-            states = self._decode(engine, start, stop, self.follow)
-            return self._dequantize(states, start, stop, engine.make_dequantizer())
-        closed = Event()
-        follow = self.follow and replace(self.follow, stop_event=closed)
         dequantize = engine.make_dequantizer()
+        if self.threads == 1:
+            return self._dequantize(self._decode(engine, start, stop), start, stop, dequantize)
         # A single frame is enough, because converted frames are buffered as well.
-        decoded_frames = Prefetcher(lambda: self._decode(engine, start, stop, follow), max_items=1)
+        decoded_frames = Prefetcher(lambda: self._decode(engine, start, stop), max_items=1)
         return Prefetcher(
-            lambda: self._dequantize(decoded_frames, start, stop, dequantize),
-            self.prefetch,
-            closed=closed,
+            lambda: self._dequantize(decoded_frames, start, stop, dequantize), _PREFETCHED_FRAMES
         )
 
     def _decode(
-        self, engine: Engine[Any], start: int, stop: int | None, follow: Follow | None
+        self, engine: Engine[Any], start: int, stop: int | None
     ) -> Generator[_DecodedFrame]:
         """Decode frames, beginning at the last seek point at or before `start`."""
         decoder = _TimedDecoder(engine)
-        for chunk, state in walk_frames(self.source, decoder, start, stop, follow):
+        for chunk, state in walk_frames(self.source, decoder, start, stop):
             self.times["decode"] += decoder.nanoseconds
             yield _DecodedFrame(state, len(chunk.payload), decoder.nanoseconds)
 

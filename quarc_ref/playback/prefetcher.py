@@ -21,18 +21,10 @@ class Prefetcher(Generic[_Item]):
         make_iterator: Function that makes the iterator; the thread calls it, then runs the
             iterator.
         max_items: Maximum number of items in advance, including the one that is being made.
-        closed: Event that `close` sets to make the iterator stop waiting; None if the iterator
-            does not wait.
     """
 
-    def __init__(
-        self,
-        make_iterator: Callable[[], Generator[_Item]],
-        max_items: int,
-        *,
-        closed: Event | None = None,
-    ) -> None:
-        self._worker = _Worker(make_iterator, max_items, closed or Event())
+    def __init__(self, make_iterator: Callable[[], Generator[_Item]], max_items: int) -> None:
+        self._worker = _Worker(make_iterator, max_items)
         self._thread = Thread(target=copy_context().run, args=(self._worker.run,), daemon=True)
         self._is_finished = False
         # The thread must not refer to this object, which could otherwise not be garbage-collected.
@@ -65,13 +57,11 @@ class Prefetcher(Generic[_Item]):
 class _Worker(Generic[_Item]):
     """Makes the items of a `Prefetcher` in a thread; holds the data that both threads use."""
 
-    def __init__(
-        self, make_iterator: Callable[[], Generator[_Item]], max_items: int, closed: Event
-    ) -> None:
+    def __init__(self, make_iterator: Callable[[], Generator[_Item]], max_items: int) -> None:
         self._make_iterator = make_iterator
         self._items: SimpleQueue[tuple[_Item | None, BaseException | None]] = SimpleQueue()
         self._room = Semaphore(max_items)
-        self.closed = closed
+        self.closed = Event()
 
     def run(self) -> None:
         """Make all items, then a marker of the iterator's end, or the exception that ended it."""

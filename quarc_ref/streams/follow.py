@@ -2,8 +2,7 @@
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from threading import Event
+from dataclasses import dataclass
 from typing import TypeVar
 
 from quarc_ref.format.errors import TruncatedError
@@ -19,13 +18,10 @@ class Follow:
         interval: Seconds between polls.
         patience: Seconds without a new complete chunk after which the stream is considered
             truncated. In a search for a chunk after damage, any new byte counts.
-        stop_event: Event that another thread can set to stop waiting; the stream is then
-            considered truncated.
     """
 
     interval: float = 0.1
     patience: float = 10.0
-    stop_event: Event = field(default_factory=Event, compare=False)
 
 
 def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
@@ -56,5 +52,4 @@ def poll(action: Callable[[], _Result], follow: Follow | None) -> _Result:
                 patience_text = str(follow.patience).removesuffix(".0")
                 message = f"{error.args[0]}; no new data for {patience_text} s"
                 raise TruncatedError(message, error.offset) from error
-            if follow.stop_event.wait(follow.interval):
-                raise
+            time.sleep(follow.interval)

@@ -10,9 +10,9 @@ from quarc_ref.decoder import compute_digest, dequantize
 from quarc_ref.decoder.engines import use_engine
 from quarc_ref.format import container
 from quarc_ref.format.constants import CHUNK_HEADER_BYTES
-from quarc_ref.format.errors import BitstreamError, SourceError, StateCrcError
+from quarc_ref.format.errors import BitstreamError, StateCrcError
 from quarc_ref.playback import Player, frame_pipeline
-from quarc_ref.streams import BytesSource, Follow, decode
+from quarc_ref.streams import BytesSource, decode
 from quarc_ref.streams.chunk_reader import split_chunks
 from tests.engines import engines
 from tests.small_streams import CountedSource, make_stream, rebuild_stream
@@ -50,28 +50,6 @@ def test_a_part_is_played_from_its_seek_point(threads):
 
     assert ordinals == [7, 8]
     assert source.byte_count() < len(_STREAM) / 2 + 2000
-
-
-@with_and_without_prefetch
-def test_any_frame_can_be_requested_in_any_order(threads):
-    with Player(_STREAM, threads=threads) as player:
-        for ordinal in (11, 3, 4, 6, 6, 0, 11, 2):
-            assert compute_digest(player.frame(ordinal).scene) == _DIGESTS[ordinal]
-        with pytest.raises(LookupError):
-            player.frame(12)
-        assert compute_digest(player.frame(1).scene) == _DIGESTS[1]
-
-
-@with_and_without_prefetch
-def test_a_function_is_called_with_every_frame_in_the_callers_thread(threads):
-    shown = []
-    with Player(_STREAM, threads=threads) as player:
-        player.play(lambda frame: shown.append((frame.scene.frame, threading.get_ident())), 2, 6)
-        all_frames = []
-        player.play(all_frames.append)
-
-    assert shown == [(ordinal, threading.get_ident()) for ordinal in range(2, 6)]
-    assert [frame.scene.frame for frame in all_frames] == list(range(len(_DIGESTS)))
 
 
 def _change_payload(chunk_index, change):
@@ -139,9 +117,8 @@ def _frames_or_fault(scenes):
 
 
 @engines
-@pytest.mark.parametrize("prefetch", [1, 2])
-def test_arrays_stay_valid_as_long_as_they_are_referenced(engine, prefetch):
-    with use_engine(engine), Player(_STREAM, threads=2, prefetch=prefetch) as player:
+def test_arrays_stay_valid_as_long_as_they_are_referenced(engine):
+    with use_engine(engine), Player(_STREAM, threads=2) as player:
         frames = player.frames()
         first = next(frames)
         first_values = _list_values(first.splats)
@@ -149,44 +126,6 @@ def test_arrays_stay_valid_as_long_as_they_are_referenced(engine, prefetch):
 
         assert _list_values(first.splats) == first_values
         assert not np.array_equal(later_splats[0].positions, first_values[0])
-
-
-@with_and_without_prefetch
-def test_after_a_fault_a_frame_can_be_requested_again(threads):
-    source = _FailingSource(_STREAM)
-    with Player(source, threads=threads) as player:
-        player.frame(1)
-        source.is_broken = True
-        with pytest.raises(SourceError):
-            player.frame(9)
-        with pytest.raises(SourceError):
-            player.frame(10)
-        source.is_broken = False
-        assert compute_digest(player.frame(10).scene) == _DIGESTS[10]
-
-
-class _FailingSource(BytesSource):
-    """A source that can fail temporarily."""
-
-    is_broken = False
-
-    def read(self, offset, length):
-        if self.is_broken:
-            message = "out of order"
-            raise SourceError(message)
-        return super().read(offset, length)
-
-
-def test_a_player_of_a_complete_stream_closes_at_once():
-    frame_end = list(split_chunks(_STREAM))[4].offset
-    player = Player(_STREAM[:frame_end], follow=Follow(interval=0.01, patience=3600))
-    frames = player.frames()
-    next(frames)
-    closer = threading.Thread(target=player.close)
-    closer.start()
-    closer.join(20)
-
-    assert not closer.is_alive()
 
 
 @pytest.mark.parametrize("threads", [1, 2])
@@ -201,10 +140,10 @@ def test_a_player_without_references_leaves_no_thread_behind(threads):
     assert threading.active_count() == thread_count
 
 
-@pytest.mark.parametrize("counts", [{"threads": 0}, {"threads": -2}, {"prefetch": 0}])
-def test_at_least_one_thread_and_one_frame_are_required(counts):
+@pytest.mark.parametrize("threads", [0, -2])
+def test_at_least_one_thread_is_required(threads):
     with pytest.raises(ValueError, match="at least"):
-        Player(_STREAM, **counts)
+        Player(_STREAM, threads=threads)
 
 
 def test_the_time_of_the_source_is_not_decoding_time(monkeypatch):

@@ -96,22 +96,6 @@ def test_closing_wakes_a_waiting_consumer():
     assert items[:1] == [0]
 
 
-def test_closing_does_not_wait_for_the_iterator():
-    closed, is_waiting = threading.Event(), threading.Event()
-
-    def make():
-        yield 0
-        is_waiting.set()
-        assert closed.wait(60)
-
-    prefetcher = Prefetcher(make, 1, closed=closed)
-    next(prefetcher)
-    assert is_waiting.wait(10)
-    prefetcher.close()
-
-    assert closed.is_set()
-
-
 def test_the_thread_of_a_dropped_prefetcher_ends():
     ended = threading.Event()
 

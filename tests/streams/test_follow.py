@@ -12,7 +12,8 @@ from quarc_ref.streams.follow import Follow, poll
 def clock(monkeypatch):
     """A clock that advances by a second whenever it is read."""
     seconds = itertools.count()
-    monkeypatch.setattr(follow, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
+    time = SimpleNamespace(monotonic=lambda: next(seconds), sleep=lambda _: None)
+    monkeypatch.setattr(follow, "time", time)
 
 
 def _make_action(offsets):

@@ -1,6 +1,7 @@
 import io
 import itertools
 import random
+import time
 import zlib
 
 import pytest
@@ -320,8 +321,9 @@ def test_waiting_for_a_keyframe_does_not_spend_the_search_budget(monkeypatch):
     damaged = bytearray(_DATA)
     damaged[_CHUNKS[_FIRST].offset + 21] ^= 1
     source = GrowingSource(bytes(damaged), _CHUNKS[_FIRST + 1].offset)
+    monkeypatch.setattr(time, "sleep", source.wait)
 
-    frames, gaps = _recover(source, follow=Follow(stop_event=source))
+    frames, gaps = _recover(source, follow=Follow())
 
     assert frames == list(range(3, 9))
     assert [gap.reject_id for gap in gaps] == ["payload-crc"]
