@@ -50,15 +50,14 @@ def atomic_file(target: Path, *, durable: bool = False) -> Iterator[BinaryIO]:
         sync_folder(target.absolute().parent)
 
 
-def write_file(target: Path, data: bytes, *, durable: bool = False) -> None:
+def write_file(target: Path, data: bytes) -> None:
     """Write bytes to a file that becomes visible only when it is complete.
 
     Args:
         target: Path of the file; an existing file or link is replaced.
         data: Contents of the file.
-        durable: Whether the file must survive a power failure once it is visible.
     """
-    with atomic_file(target, durable=durable) as file:
+    with atomic_file(target) as file:
         file.write(data)
 
 

@@ -117,7 +117,8 @@ def test_a_durable_file_is_synced_before_the_rename_and_its_folder_after(
         synced.append((kind, (tmp_path / "a.bin").exists()))
 
     monkeypatch.setattr(os, "fsync", note)
-    write_file(tmp_path / "a.bin", b"data", durable=durable)
+    with atomic_file(tmp_path / "a.bin", durable=durable) as file:
+        file.write(b"data")
 
     assert synced == ([("file", False), ("folder", True)] if durable else [])
 
