@@ -11,7 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from quarc_ref.datasets.capture import Image
-from quarc_ref.decoder import Splats, dequantize
+from quarc_ref.decoder import Splats
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.magnification import Magnification, measure_magnification
 from quarc_ref.rendering.pictures import render_bands
@@ -23,33 +23,6 @@ from quarc_ref.viewing.paths.pose import PlannedPicture
 Rendering = TypeVar("Rendering")
 Color = tuple[float, float, float]
 BLACK: Color = (0.0, 0.0, 0.0)
-
-
-def draw_frames(
-    source: Source,
-    camera: Camera,
-    magnification: Magnification,
-    start: int = 0,
-    stop: int | None = None,
-) -> Iterator[tuple[int, Image]]:
-    """Render the frames of a stream for a camera.
-
-    Args:
-        source: A stream.
-        camera: The camera.
-        magnification: Size of its pictures relative to the capture.
-        start: Ordinal of the first frame.
-        stop: Ordinal after the last frame; None to render to the end.
-
-    Yields:
-        The ordinal and the sRGB picture `[H, W, 3]` of each frame.
-
-    Raises:
-        BitstreamError: The stream is invalid.
-        SourceError: The file, pipe or server cannot be read.
-    """
-    for scene in decode(source, start, stop):
-        yield scene.frame, draw_picture(dequantize(scene), camera, magnification)
 
 
 def draw_planned_pictures(

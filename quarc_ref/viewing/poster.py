@@ -1,10 +1,11 @@
 """Renders the poster of a page: the first frame of a stream, seen from a camera."""
 
 from quarc_ref.datasets.video_writer import build_jpeg
+from quarc_ref.decoder import dequantize
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.magnification import measure_magnification
-from quarc_ref.streams import Source
-from quarc_ref.viewing.draw_frames import draw_frames
+from quarc_ref.streams import Source, decode
+from quarc_ref.viewing.draw_frames import draw_picture
 from quarc_ref.viewing.outline import compute_scaled_height, resize_camera
 
 _MAX_SIDE = 960  # pixels
@@ -28,5 +29,5 @@ def draw_poster(source: Source, camera: Camera) -> bytes | None:
         return None
     resized_camera = resize_camera(camera, width)
     magnification = measure_magnification(resized_camera, [camera])
-    _, picture = next(draw_frames(source, resized_camera, magnification))
-    return build_jpeg(picture)
+    splats = dequantize(next(decode(source)))
+    return build_jpeg(draw_picture(splats, resized_camera, magnification))
