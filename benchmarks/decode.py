@@ -1,7 +1,7 @@
 """Measures the speed and memory of the decoder on generated streams with many Gaussians.
 
     python benchmarks/decode.py --gaussians N --anchors-per 4 --resample 2 --threads 2 --json
-    python benchmarks/decode.py --table [--plot decode.png]
+    python benchmarks/decode.py --table
 
 The stream is generated once by `moving_stream` and kept in `--cache`. `quarc-ref bench` decodes it
 in a separate process with the fast engine, or with the reference engine if `--reference` is given.
@@ -100,29 +100,11 @@ def format_table(rows: list[dict[str, Any]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
-def plot(rows: list[dict[str, Any]], path: Path) -> None:
-    """Write a PNG plot of milliseconds per frame against the number of Gaussians."""
-    from quarc_ref.evaluation.plots import plot_decode_speed
-
-    curves = {
-        f"{stream}, {threads} thread{'s' * (threads > 1)}": [
-            (row["gaussians"], 1e3 / row["fps"])
-            for row in rows
-            if (row["threads"], row["stream"]) == (threads, stream)
-        ]
-        for threads in sorted({row["threads"] for row in rows})
-        for stream in ("dense", "sparse")
-    }
-    path.write_bytes(plot_decode_speed(curves))
-
-
 def main() -> None:
     """Measure one stream, or streams of all sizes with `--table`, and print the rows."""
     options = _parse_arguments()
     if options.table:
         rows = measure_all(options.cache, options.births)
-        if options.plot:
-            plot(rows, options.plot)
     else:
         stream_options = (options.gaussians, options.anchors_per, options.resample, options.births)
         job = Job(*stream_options, options.frames, options.updated, options.sparse)
@@ -152,15 +134,12 @@ def _parse_arguments() -> argparse.Namespace:
         add("--reference", action="store_true", help="decode with the reference engine"),
     ]  # fmt: skip
     add("--table", action="store_true", help="measure streams of all sizes, with 1 and 2 threads")
-    add("--plot", type=Path, help="with --table: write a plot to this PNG file")
     add("--json", action="store_true")
     add("--cache", type=Path, default=default_cache, help="folder for generated streams")
     options = parser.parse_args()
     for option in single_stream_options:
         if options.table and getattr(options, option.dest) != option.default:
             parser.error(f"{option.option_strings[0]} cannot be combined with --table")
-    if options.plot and not options.table:
-        parser.error("--plot requires --table")
     if options.frames < 2 or not 0 <= options.updated <= 1:
         parser.error("--frames must be at least 2, and --updated a number from 0 to 1")
     if options.births > options.gaussians:

@@ -219,29 +219,6 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> by
     return _encode_png(figure)
 
 
-def plot_decode_speed(lines: Mapping[str, Sequence[tuple[int, float]]]) -> bytes:
-    """Return a PNG plot of the decoding time per frame against the number of Gaussians.
-
-    Args:
-        lines: `{label: [(Gaussians, milliseconds), ...]}` with ascending numbers of Gaussians.
-    """
-    figure, (axes,) = _make_figure(1, height=4)
-    for color, (label, points) in zip((_BLUE, _ORANGE, _GREEN), lines.items(), strict=False):
-        axes.loglog(*zip(*points, strict=True), color=color, marker="o", label=label)
-    axes.axhline(1000 / 30, color=_GRAY, linestyle="--", linewidth=1, label="30 frames per second")
-    axes.set_xlabel("Gaussians")
-    axes.set_ylabel("ms per frame")
-    gaussian_counts = sorted(
-        {gaussian_count for points in lines.values() for gaussian_count, _ in points}
-    )
-    axes.set_xticks(gaussian_counts, [f"{gaussian_count:,}" for gaussian_count in gaussian_counts])
-    axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
-    axes.yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes.minorticks_off()
-    _place_legend_above(axes)
-    return _encode_png(figure)
-
-
 def encode_picture(picture: Picture) -> bytes:
     """Encode a picture `[H, W, 3]` from 0 to 1 as PNG."""
     buffer = io.BytesIO()

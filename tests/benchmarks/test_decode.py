@@ -136,7 +136,6 @@ def test_streams_of_different_jobs_have_different_files(tmp_path, change):
         ("--frames 1", "--frames must be at least 2"),
         ("--updated 2", "--updated a number from 0 to 1"),
         ("--gaussians 100", "--births must be at most"),
-        ("--plot x.png", "--plot requires --table"),
         ("--table --threads 1", "--threads cannot be combined with --table"),
     ],
 )
