@@ -114,7 +114,7 @@ def _suggest_extra(error: ImportError) -> str:
     extra = _EXTRA_BY_PACKAGE.get(error.name or "", "encode")
     return (
         f"{error.name or error} cannot be imported; install it with: pip install "
-        f"'quarc-ref[{extra}]'"
+        f'"quarc-ref[{extra}]"'
     )
 
 

@@ -32,7 +32,7 @@ class GsplatRasterizer:
         except ImportError as error:
             message = (
                 "training on CUDA needs gsplat; install it with: pip install "
-                "'quarc-ref[encode,gpu]'"
+                '"quarc-ref[encode,gpu]"'
             )
             raise RuntimeError(message) from error
         if not _has_kernels():

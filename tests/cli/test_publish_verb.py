@@ -33,6 +33,22 @@ def test_the_default_title_has_no_folders_on_windows(name, monkeypatch):
     assert make_page_title(name) == "scene"
 
 
+@pytest.mark.parametrize(
+    ("platform", "command"),
+    [
+        ("linux", "python3 -m http.server --directory 'my site'"),
+        ("win32", 'python -m http.server --directory "my site"'),
+    ],
+)
+def test_the_command_that_serves_a_folder_is_for_the_shell_of_the_system(
+    platform, command, stream_file, tmp_path, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "platform", platform)
+
+    assert command in run("publish", stream_file, "-o", "my site").stdout
+
+
 def test_a_single_page_contains_everything(stream_file, tmp_path):
     page_path = tmp_path / "page.html"
     json_output = run_json("publish", stream_file, "-o", page_path, "--title", "A <b>", "--loop")

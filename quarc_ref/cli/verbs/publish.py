@@ -2,6 +2,7 @@
 
 import os
 import shlex
+import subprocess
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -180,7 +181,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
     except ImportError as error:
         print_message(
             f"the page has no poster: {error.name} cannot be imported; install it with: pip "
-            "install 'quarc-ref[media]'"
+            'install "quarc-ref[media]"'
         )
         return None
     return draw_poster(source, camera)
@@ -217,6 +218,14 @@ def _print_result(
     else:
         rows["poster"] = site.poster_name or "none"
         rows["audio"] = site.audio_name or "none"
-        rows["to try it"] = f"python3 -m http.server --directory {shlex.quote(str(output))}"
+        rows["to try it"] = _format_server_command(output)
     print_fields(str(output), rows)
     sys.stdout.write(f"\n{escape_controls(iframe)}\n")  # one line, so that it can be copied
+
+
+def _format_server_command(folder: Path) -> str:
+    """Return a command line that serves a folder, for the shell of this system."""
+    options = ["-m", "http.server", "--directory", str(folder)]
+    if sys.platform == "win32":  # where python3 opens the store instead
+        return subprocess.list2cmdline(["python", *options])
+    return shlex.join(["python3", *options])
