@@ -7,10 +7,12 @@ exit code is 128 plus the signal's number, as in a shell: 130 after Ctrl-C (SIGI
 SIGTERM, 141 if the reader of a pipe has closed the pipe (SIGPIPE).
 """
 
+import errno
 import io
 import os
 import select
 import signal
+import stat
 import sys
 import traceback
 from collections.abc import Callable, Iterator
@@ -83,8 +85,9 @@ def report_failed_output() -> Iterator[None]:
             raise SystemExit(SIGNAL_BASE + _SIGPIPE) from error
         raise
     except OSError as error:
-        _discard_and_print(_describe_error(error))
-        raise SystemExit(EXIT_FAILURE) from error
+        message, code = _get_message_and_code(error)
+        _discard_and_print(message)
+        raise SystemExit(code) from error
 
 
 def ensure_standard_streams() -> None:
@@ -163,7 +166,7 @@ def _get_message_and_code(error: BaseException) -> tuple[str, int]:
     """Return the message, which may be empty, and the exit code of an exception."""
     if isinstance(error, KeyboardInterrupt):
         return str(error) or _INTERRUPTED_MESSAGE, SIGNAL_BASE + _find_signal(error)
-    if isinstance(error, BrokenPipeError) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
+    if _is_broken_pipe(error) and any(map(_has_no_reader, (sys.stdout, sys.stderr))):
         return "", SIGNAL_BASE + _SIGPIPE
     for error_types, code, describe in _ERROR_HANDLERS:
         if isinstance(error, error_types):
@@ -181,16 +184,23 @@ def _find_signal(error: BaseException | None) -> signal.Signals:
     return signal.SIGINT
 
 
+def _is_broken_pipe(error: BaseException) -> bool:
+    """Return whether an error may be that of a write to a pipe without a reader."""
+    if sys.platform == "win32":  # its C library reports this as an invalid argument
+        return isinstance(error, OSError) and error.errno in (errno.EPIPE, errno.EINVAL)
+    return isinstance(error, BrokenPipeError)
+
+
 def _has_no_reader(output: TextIO) -> bool:
-    """Return whether an output is a pipe without a reader."""
-    if sys.platform == "win32":
-        return True
-    poller = select.poll()
+    """Return whether an output is a pipe without a reader; on Windows, whether it is a pipe."""
     try:
-        poller.register(output, 0)
+        if sys.platform == "win32":
+            return stat.S_ISFIFO(os.fstat(output.fileno()).st_mode)
+        poller = select.poll()
+        poller.register(output, select.POLLOUT)  # macOS reports no state unless an event is asked
     except OSError:  # the output is not a file
         return False
-    return bool(poller.poll(0))
+    return any(state & ~select.POLLOUT for _, state in poller.poll(0))
 
 
 def _exit_with(message: str, code: int) -> NoReturn:

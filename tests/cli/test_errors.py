@@ -1,9 +1,13 @@
 import errno
+import os
+import select
+import sys
+from contextlib import contextmanager
 
 import pytest
 import typer
 
-from quarc_ref.cli.errors import UsageError, report_errors
+from quarc_ref.cli.errors import UsageError, report_errors, report_failed_output
 from quarc_ref.cli.signals import Termination
 from quarc_ref.datasets.errors import TruncatedVideoError
 from quarc_ref.format.errors import (
@@ -62,6 +66,63 @@ def test_an_error_becomes_one_line_and_its_exit_code(error, code, message, capsy
     assert captured.err.count("\n") == 1
     assert captured.err.startswith("quarc-ref: ")
     assert message in captured.err
+
+
+class _PollOfMacOS:
+    """Polls like macOS, which says nothing about a file unless it waits for an event of it."""
+
+    def __init__(self, poll):
+        self._poll = poll
+
+    def register(self, file, events):
+        if events:
+            self._poll.register(file, events)
+
+    def poll(self, timeout):
+        return self._poll.poll(timeout)
+
+
+@contextmanager
+def _write_to_closed_pipe(monkeypatch):
+    """Make standard output a pipe that nobody reads."""
+    read_end, write_end = os.pipe()
+    os.close(read_end)
+    with os.fdopen(write_end, "w") as pipe:
+        monkeypatch.setattr(sys, "stdout", pipe)
+        yield
+
+
+def test_a_closed_pipe_is_recognized_on_macos(monkeypatch, capsys):
+    poll = select.poll()
+    monkeypatch.setattr(select, "poll", lambda: _PollOfMacOS(poll))
+    with _write_to_closed_pipe(monkeypatch):
+        assert _get_exit_code(BrokenPipeError(errno.EPIPE, "Broken pipe")) == 141
+
+    assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("context", [report_errors, report_failed_output])
+def test_a_closed_pipe_is_recognized_on_windows(context, monkeypatch, capsys):
+    monkeypatch.setattr(sys, "platform", "win32")
+    with (
+        _write_to_closed_pipe(monkeypatch),
+        pytest.raises((typer.Exit, SystemExit)) as exit_info,
+        context(),
+    ):
+        raise OSError(errno.EINVAL, "Invalid argument")
+
+    code = "exit_code" if isinstance(exit_info.value, typer.Exit) else "code"
+    assert getattr(exit_info.value, code) == 141
+    assert capsys.readouterr().err == ""
+
+
+def test_an_invalid_argument_is_an_error_on_windows_if_the_output_is_no_pipe(tmp_path, monkeypatch):
+    with (tmp_path / "output").open("w") as file:
+        monkeypatch.setattr(sys, "stdout", file)
+        monkeypatch.setattr(sys, "stderr", file)
+        monkeypatch.setattr(sys, "platform", "win32")
+
+        assert _get_exit_code(OSError(errno.EINVAL, "Invalid argument")) == 3
 
 
 def test_an_interruption_says_what_is_kept_and_ends_with_the_code_of_its_signal():
