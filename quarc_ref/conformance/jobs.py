@@ -152,11 +152,11 @@ def _describe_recovery(stream: bytes) -> Iterator[Line]:
 
 
 def _serialize_numbers(scene: Scene) -> bytes:
-    """Return the dequantized values of a scene as bytes, in the order of SPEC 9.1."""
+    """Return the dequantized values of a scene as little-endian bytes, in the order of SPEC 9.1."""
     splats = dequantize(scene)
     rows = [splats.positions, splats.rotations, splats.log_scales, splats.opacities[:, None]]
     rows.append(splats.sh.reshape(scene.count, -1))
-    return b"".join(row.T.tobytes() for row in rows)
+    return b"".join(row.T.astype("<f4").tobytes() for row in rows)
 
 
 _DEQUANTIZED_OUTPUTS: dict[str, Callable[[bytes], tuple[str, str]]] = {

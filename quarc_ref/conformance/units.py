@@ -171,7 +171,7 @@ def _dequantize_opacity(code: int, step: str) -> str:
     step_value = np.array([int(step, 16)], dtype="<u4").view("<f4")[0]
     header = StreamHeader(sh_degree=0, opacity_step=float(step_value))
     scene = _make_scene(header, [0], [[0, 0, 0]], opacities=code)
-    return f"{dequantize(scene).opacities.view('<u4')[0]:08x}"
+    return f"{dequantize(scene).opacities.astype('<f4').view('<u4')[0]:08x}"
 
 
 def _compute_digests(

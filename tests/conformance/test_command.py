@@ -5,11 +5,13 @@ import runpy
 import subprocess
 import sys
 import types
+from dataclasses import fields
 
 import pytest
 
 from quarc_ref.conformance.jobs import answer_jobs
 from quarc_ref.decoder import compute_digest
+from quarc_ref.decoder.dequantize import Splats, dequantize
 from tests.small_streams import make_stream
 
 _STREAM, _STATES = make_stream()
@@ -80,6 +82,35 @@ def test_a_unit_job_without_a_known_function_is_unsupported(fields):
     answer, end = map(json.loads, answers.getvalue().splitlines())
     assert list(answer) == ["unsupported"]
     assert end == {"done": True}
+
+
+@pytest.mark.parametrize(
+    ("job", "data"),
+    [
+        ({"job": "decode", "numbers": True, "values": True, "bytes": len(_STREAM)}, _STREAM),
+        (
+            {"job": "unit", "function": "dequantize", "input": {"code": 3, "step": "3dcccccd"}},
+            b"",
+        ),
+    ],
+)
+def test_numbers_are_the_same_on_machines_of_either_byte_order(job, data, monkeypatch):
+    little, big = (_answer_with_byte_order(order, job, data, monkeypatch) for order in "<>")
+
+    assert little == big
+    assert "refused" not in little
+
+
+def _answer_with_byte_order(order, job, data, monkeypatch):
+    def dequantize_to_order(scene):
+        splats = dequantize(scene)
+        return Splats(*(getattr(splats, each.name).astype(f"{order}f4") for each in fields(splats)))
+
+    for module in ("jobs", "units"):
+        monkeypatch.setattr(f"quarc_ref.conformance.{module}.dequantize", dequantize_to_order)
+    answers = io.StringIO()
+    answer_jobs(io.BytesIO(json.dumps(job).encode() + b"\n" + data), answers)
+    return answers.getvalue()
 
 
 def test_importing_the_command_does_nothing(monkeypatch, capsys):
