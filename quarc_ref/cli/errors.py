@@ -51,6 +51,11 @@ _EXTRA_BY_PACKAGE = {
         if export.package and export.extra
     },
 }
+_MISSING_PYCOLMAP = (
+    "pycolmap, which is needed for COLMAP's files, for calibrate and for captures without initial "
+    'points, cannot be imported; install it with: pip install "quarc-ref[media]". If PyPI has no '
+    "wheel for this system, use conda-forge or build it"
+)
 _INTERRUPTED_MESSAGE = "interrupted; nothing new was written"
 
 
@@ -114,6 +119,8 @@ def _flush_or_discard(output: TextIO) -> None:
 
 
 def _suggest_extra(error: ImportError) -> str:
+    if error.name == "pycolmap":
+        return _MISSING_PYCOLMAP
     extra = _EXTRA_BY_PACKAGE.get(error.name or "", "encode")
     return (
         f"{error.name or error} cannot be imported; install it with: pip install "

@@ -27,7 +27,7 @@ _OPENCV_COEFFICIENT_COUNT = 4
 _FULL_OPENCV_COEFFICIENT_COUNT = 8
 
 
-def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
+def make_lens(name: str, camera: "pycolmap.Camera") -> Lens:
     """Return the lens of a COLMAP camera.
 
     Args:
@@ -57,7 +57,7 @@ def make_lens(name: str, camera: pycolmap.Camera) -> Lens:
     )
 
 
-def make_colmap_camera(lens: Lens, camera_id: int) -> pycolmap.Camera:
+def make_colmap_camera(lens: Lens, camera_id: int) -> "pycolmap.Camera":
     """Return the COLMAP camera for a lens.
 
     Args:

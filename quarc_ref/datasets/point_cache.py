@@ -15,6 +15,7 @@ from pathlib import Path
 import platformdirs
 
 from quarc_ref.datasets.capture import Points
+from quarc_ref.datasets.colmap_import import IS_INSTALLED
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
 from quarc_ref.files import OutputPathError
@@ -54,7 +55,8 @@ def make_cache_key(fingerprint: str, start: int, downscale: int, cameras: Sequen
         cameras: Names of the cameras whose pictures are used.
     """
     code = [(Path(__file__).parent / name).read_text("utf-8") for name in _CODE_FILES]
-    parts = [fingerprint, start, downscale, list(cameras), version("pycolmap"), code]
+    colmap_version = version("pycolmap") if IS_INSTALLED else None
+    parts = [fingerprint, start, downscale, list(cameras), colmap_version, code]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
 
 

@@ -65,7 +65,7 @@ def triangulate(cameras: Sequence[CalibratedCamera], pictures: Sequence[Image]) 
 
 def _triangulate_sparse_points(
     cameras: Sequence[CalibratedCamera], pictures: Sequence[Image], folder: Path
-) -> list[pycolmap.Point3D]:
+) -> "list[pycolmap.Point3D]":
     """Triangulate points; `folder` is an empty folder for temporary files."""
     database = folder / "database.db"
     model = _make_posed_model(cameras, database)
@@ -83,7 +83,7 @@ def _triangulate_sparse_points(
     return [model.points3D[index] for index in sorted(model.points3D)]
 
 
-def _match_features(model: pycolmap.Reconstruction, database: Path) -> None:
+def _match_features(model: "pycolmap.Reconstruction", database: Path) -> None:
     """Match the features of all pairs of images, and keep the matches that fit the poses."""
     matching_options = pycolmap.FeatureMatchingOptions()
     matching_options.skip_geometric_verification = True
@@ -101,7 +101,7 @@ def _match_features(model: pycolmap.Reconstruction, database: Path) -> None:
 
 def _make_posed_model(
     cameras: Sequence[CalibratedCamera], database: Path
-) -> pycolmap.Reconstruction:
+) -> "pycolmap.Reconstruction":
     """Make a model with the known poses and no points, and add its images to a database."""
     model = pycolmap.Reconstruction()
     with pycolmap.Database.open(database) as open_database:

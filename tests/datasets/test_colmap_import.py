@@ -1,6 +1,7 @@
 """Tests that a command that reads captures still handles SIGTERM itself."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -48,3 +49,35 @@ def test_a_signal_during_the_import_of_pycolmap_waits_for_the_handler():
     )
 
     assert (completed.returncode, completed.stderr) == (7, b"")
+
+
+_PROGRAM_WITHOUT_PYCOLMAP = """
+import sys
+from pathlib import Path
+
+class Finder:
+    def find_spec(self, name, path=None, target=None):
+        if name == "pycolmap":
+            raise ModuleNotFoundError(name=name)
+
+sys.meta_path.insert(0, Finder())
+from quarc_ref.datasets.open_capture import open_capture
+from quarc_ref.encoder.checks.epipolar import find_wrong_poses
+capture = open_capture(Path(sys.argv[1]))
+print([finding.kind for finding in find_wrong_poses(capture)], capture.image(0, 0).any())
+try:
+    open_capture(Path(sys.argv[2]))
+except ImportError as error:
+    print(error.name)
+"""
+
+
+def test_without_pycolmap_only_what_needs_it_fails(n3dv_folder, tmp_path):
+    bare = shutil.copytree(n3dv_folder, tmp_path / "bare", ignore=shutil.ignore_patterns("*.ply"))
+    completed = subprocess.run(
+        [sys.executable, "-c", _PROGRAM_WITHOUT_PYCOLMAP, str(n3dv_folder), str(bare)],
+        capture_output=True, text=True, timeout=60, check=True,
+        env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)},
+    )  # fmt: skip
+
+    assert completed.stdout == "['epipolar-unchecked'] True\npycolmap\n"

@@ -128,7 +128,7 @@ def _read_model(folder: Path) -> tuple[list[_Cameras], Points | None]:
         raise UnreadablePoseError(message) from error
 
 
-def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Image]]:
+def _name_images(model: "pycolmap.Reconstruction") -> "list[dict[str, pycolmap.Image]]":
     """Return the posed images by camera name: one dictionary for each way of naming cameras.
 
     Cameras are named either after their image files without suffix (`cam00.png`), or after the
@@ -152,13 +152,15 @@ def _name_images(model: pycolmap.Reconstruction) -> list[dict[str, pycolmap.Imag
     return named_images
 
 
-def _make_cameras(images: dict[str, pycolmap.Image], model: pycolmap.Reconstruction) -> _Cameras:
+def _make_cameras(
+    images: "dict[str, pycolmap.Image]", model: "pycolmap.Reconstruction"
+) -> _Cameras:
     names = sorted(images, key=natural_order)
     return tuple(_make_camera(name, images[name], model) for name in names)
 
 
 def _make_camera(
-    name: str, image: pycolmap.Image, model: pycolmap.Reconstruction
+    name: str, image: "pycolmap.Image", model: "pycolmap.Reconstruction"
 ) -> CalibratedCamera:
     camera_from_world = image.cam_from_world()
     axes = camera_from_world.rotation.matrix().T
@@ -173,7 +175,7 @@ def _make_camera(
     return CalibratedCamera(name, make_lens(name, model.cameras[image.camera_id]), pose, near)
 
 
-def _make_points(model: pycolmap.Reconstruction) -> Points | None:
+def _make_points(model: "pycolmap.Reconstruction") -> Points | None:
     """Return the points of a model, or None if it has no points."""
     points: Sequence[pycolmap.Point3D] = [model.points3D[i] for i in sorted(model.points3D)]
     if not points:

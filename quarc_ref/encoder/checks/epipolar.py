@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.capture import Capture, Image
+from quarc_ref.datasets.colmap_import import IS_INSTALLED
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.matches import find_features, match_features
 from quarc_ref.format.cameras import Camera
@@ -49,12 +50,18 @@ class _CameraPair:
 def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
     """Yield a finding for each camera whose pose contradicts the matches of frame 0.
 
+    Without pycolmap, which detects the features, the only finding says that nothing was checked.
+
     Args:
         capture: The capture; all of its cameras are checked, including held-out cameras.
 
     Raises:
         CaptureError: A picture cannot be read.
     """
+    if not IS_INSTALLED:
+        message = "the poses were not compared with feature matches: pycolmap is not installed"
+        yield Finding("epipolar-unchecked", message)
+        return
     pairs = _measure_pairs(capture)
     while pairs:
         errors = _measure_camera_errors(pairs, len(capture.cameras))
