@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.calibration import Float64Array
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.colmap_cameras import silence_colmap
-from quarc_ref.datasets.colmap_import import pycolmap
+from quarc_ref.datasets.colmap_import import IS_INSTALLED, pycolmap
 
 _MAX_FEATURES = 2000
 _DESCRIPTOR_SIZE = 128  # Dimension of a descriptor.
@@ -32,6 +32,11 @@ class Features:
 
     positions: Float64Array
     descriptors: NDArray[np.float32]
+
+
+def can_find_features() -> bool:
+    """Return whether pycolmap, which detects the features, is installed."""
+    return IS_INSTALLED
 
 
 def find_features(picture: Image) -> Features:

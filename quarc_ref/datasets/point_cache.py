@@ -9,13 +9,12 @@ import hashlib
 import json
 import logging
 from collections.abc import Callable, Sequence
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import platformdirs
 
 from quarc_ref.datasets.capture import Points
-from quarc_ref.datasets.colmap_import import IS_INSTALLED
 from quarc_ref.datasets.errors import CaptureError
 from quarc_ref.datasets.points_ply import read_points_ply, write_points_ply
 from quarc_ref.files import OutputPathError
@@ -55,9 +54,15 @@ def make_cache_key(fingerprint: str, start: int, downscale: int, cameras: Sequen
         cameras: Names of the cameras whose pictures are used.
     """
     code = [(Path(__file__).parent / name).read_text("utf-8") for name in _CODE_FILES]
-    colmap_version = version("pycolmap") if IS_INSTALLED else None
-    parts = [fingerprint, start, downscale, list(cameras), colmap_version, code]
+    parts = [fingerprint, start, downscale, list(cameras), _find_colmap_version(), code]
     return hashlib.sha256(json.dumps(parts).encode()).hexdigest()[:32]
+
+
+def _find_colmap_version() -> str | None:
+    try:
+        return version("pycolmap")
+    except PackageNotFoundError:  # then nothing is triangulated
+        return None
 
 
 def _save_points(path: Path, points: Points) -> None:

@@ -53,12 +53,18 @@ def test_a_signal_during_the_import_of_pycolmap_waits_for_the_handler():
 
 _PROGRAM_WITHOUT_PYCOLMAP = """
 import sys
+from importlib.metadata import PackageNotFoundError
 from pathlib import Path
 
 class Finder:
     def find_spec(self, name, path=None, target=None):
         if name == "pycolmap":
             raise ModuleNotFoundError(name=name)
+
+    def find_distributions(self, context):
+        if context.name == "pycolmap":
+            raise PackageNotFoundError
+        return []
 
 sys.meta_path.insert(0, Finder())
 from quarc_ref.datasets.open_capture import open_capture

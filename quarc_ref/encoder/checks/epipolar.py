@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.camera_geometry import camera_center
 from quarc_ref.datasets.capture import Capture, Image
-from quarc_ref.datasets.colmap_import import IS_INSTALLED
 from quarc_ref.datasets.findings import Finding
-from quarc_ref.datasets.matches import find_features, match_features
+from quarc_ref.datasets.matches import can_find_features, find_features, match_features
 from quarc_ref.format.cameras import Camera
 
 _NEIGHBOR_COUNT = 4
@@ -58,7 +57,7 @@ def find_wrong_poses(capture: Capture) -> Iterator[Finding]:
     Raises:
         CaptureError: A picture cannot be read.
     """
-    if not IS_INSTALLED:
+    if not can_find_features():
         message = "the poses were not compared with feature matches: pycolmap is not installed"
         yield Finding("epipolar-unchecked", message)
         return
