@@ -27,10 +27,9 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.reconstruct import append_births, begin_frame
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder.adapt_steps import adapt_steps_to_capture
-from quarc_ref.encoder.encode_stream import count_deaths
 from quarc_ref.encoder.frame_coder import FrameStart
 from quarc_ref.encoder.frames.birth_selection import ByteCost
-from quarc_ref.encoder.frames.births import fit_births
+from quarc_ref.encoder.frames.births import count_deaths, fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.frames.surrogate import deform

@@ -16,8 +16,6 @@ from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
-import numpy as np
-
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.decoder.limits import find_max_births
@@ -29,6 +27,7 @@ from quarc_ref.encoder.adapt_steps import (
 )
 from quarc_ref.encoder.checks.first_frame_check import check_first_frame
 from quarc_ref.encoder.checks.target_check import check_target
+from quarc_ref.encoder.checks.view_watch import ViewWatch
 from quarc_ref.encoder.closed_loop import ClosedLoop
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
@@ -36,7 +35,7 @@ from quarc_ref.encoder.estimate import estimate_encode
 from quarc_ref.encoder.frame_coder import MovedFrame
 from quarc_ref.encoder.frame_errors import name_frame_in_errors
 from quarc_ref.encoder.frames.birth_selection import ByteCost
-from quarc_ref.encoder.frames.births import fit_births
+from quarc_ref.encoder.frames.births import count_deaths, fit_births
 from quarc_ref.encoder.frames.motion import fit_motion
 from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.monitoring.monitor import EncodePlan, FrameWritten
@@ -44,7 +43,6 @@ from quarc_ref.encoder.resume.checkpoint import Checkpoint
 from quarc_ref.encoder.resume.continue_stream import continue_stream
 from quarc_ref.encoder.resume.partial_stream import PartialStream, require_frames, require_match
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians, make_header
-from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.encoder.training.canonical import train_canonical
 from quarc_ref.encoder.training.canonical_objective import CanonicalObjective
 from quarc_ref.encoder.training.context import Observers, make_context
@@ -58,7 +56,7 @@ from quarc_ref.encoder.training.quantize import drop_unrepresentable, quantize_g
 from quarc_ref.encoder.training.torch_settings import fixed_torch_settings
 from quarc_ref.files import sync_file
 from quarc_ref.format import container, wire
-from quarc_ref.format.records import OPACITY, Births
+from quarc_ref.format.records import Births
 
 _KIND_NAMES = {container.CANO: "canonical", container.SNAP: "snapshot", container.FRAM: "moved"}
 
@@ -134,6 +132,8 @@ class _Encoding:
         self._metadata = describe_encode(capture, options.config, options.device)
         self._checkpoint = self._open_checkpoint(options.checkpoint)
         self._inter_frame_sizes: list[int] = []
+        names = [camera.name for camera in self._context.views.cameras]
+        self._view_watch = ViewWatch(names, capture.start)
 
     def announce(self, byte_count: int = 0) -> None:
         """Report the remaining work to the monitor; the stream has `byte_count` bytes so far."""
@@ -183,7 +183,8 @@ class _Encoding:
         self._open(sink, first_chunk.gaussian_count, partial_stream)
         for chunk in partial_stream.frames:
             if chunk is partial_stream.frames[-1] and self.next_frame > 0:
-                self._follow_exposures(self.next_frame)  # the next frame needs its gains
+                # The next frame needs its gains; its errors are compared with those of this one.
+                self._view_watch.begin(self._follow_exposures(self.next_frame))
             state = self._loop.replay(chunk)
             if self.next_frame == 0:
                 self._prepare_inter_frames(state)
@@ -197,7 +198,8 @@ class _Encoding:
         context.observers.progress.advance("frames", frame, self.frame_count)
         rd = RateDistortion(choose_rd_factor(config, self._inter_frame_sizes), self._reference_loss)
         death_count = count_deaths(self._loop.state, self._initial_gaussian_count, config.births)
-        self._follow_exposures(frame)
+        for finding in self._view_watch.check(self._follow_exposures(frame), frame):
+            self._report(finding)
         start = self._loop.start_frame(death_count)
         motion = fit_motion(context, start, config.motion, config.updates, rd)
         moved_frame = self._loop.move_frame(start, motion.symbols, motion.updates)
@@ -213,11 +215,16 @@ class _Encoding:
         context.views.drop_frames_before(frame + 1)
         self.next_frame = frame + 1
 
-    def _follow_exposures(self, frame: int) -> None:
-        """Estimate the exposures of a frame by comparing its pictures with the previous scene."""
+    def _follow_exposures(self, frame: int) -> list[float]:
+        """Estimate the exposures of a frame by comparing its pictures with the previous scene.
+
+        Returns:
+            The error of each view; none if the exposures are not followed.
+        """
         config = self._config
         if config.canonical.exposure_lr and config.motion.follow_exposures:
-            follow_exposures(self._context, self._loop.state, frame)
+            return follow_exposures(self._context, self._loop.state, frame)
+        return []
 
     def finish(self) -> None:
         """Write the index and the TAIL chunk, and report a missed target and the end."""
@@ -298,15 +305,3 @@ class _Encoding:
         cameras = json.dumps([asdict(camera) for camera in self._capture.cameras])
         identity = {**self._metadata, "cameras": hashlib.sha256(cameras.encode()).hexdigest()}
         return None if path is None else Checkpoint(path, identity)
-
-
-def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:
-    """Return how many faint Gaussians to delete so that at most `target_count` remain.
-
-    If there are too few faint Gaussians, all of them are deleted, but more than `target_count`
-    Gaussians remain.
-    """
-    header = state.scene.header
-    logits = state.scene.codes[OPACITY.start] * header.opacity_step
-    faint_count = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
-    return min(max(0, state.scene.count - target_count), faint_count)

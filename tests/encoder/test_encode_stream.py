@@ -15,6 +15,7 @@ from quarc_ref.decoder import dequantize
 from quarc_ref.decoder.state import State
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
 from quarc_ref.encoder.closed_loop import ClosedLoop
+from quarc_ref.encoder.frames.births import count_deaths
 from quarc_ref.encoder.frames.rate_control import RateDistortion, choose_rd_factor
 from quarc_ref.encoder.settings.frames import BirthSettings
 from quarc_ref.format.constants import LEVELS
@@ -253,7 +254,7 @@ def _make_state():
 def test_only_surplus_and_faint_gaussians_die(target, death_opacity):
     state = _make_state()
 
-    deaths = encode_stream.count_deaths(state, target, BirthSettings(death_opacity=death_opacity))
+    deaths = count_deaths(state, target, BirthSettings(death_opacity=death_opacity))
 
     logits = dequantize(state.scene).opacities.astype(np.float64)
     faint_count = sum(1 / (1 + math.exp(-logit)) < death_opacity for logit in logits)

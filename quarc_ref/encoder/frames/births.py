@@ -4,6 +4,7 @@ Only the new Gaussians are trained. The existing Gaussians stay fixed at their d
 after the motion.
 """
 
+import numpy as np
 import torch
 from torch import Tensor
 
@@ -19,7 +20,7 @@ from quarc_ref.encoder.training.fixed_scene import FixedScene
 from quarc_ref.encoder.training.learning_rates import canonical_learning_rates
 from quarc_ref.encoder.training.quantize import find_representable_births, quantize_births
 from quarc_ref.encoder.training.trainable import Attributes, Trainer, cosine_decay, from_splats
-from quarc_ref.format.records import Births
+from quarc_ref.format.records import OPACITY, Births
 
 
 def fit_births(
@@ -117,3 +118,15 @@ def _make_keep_and_split_masks(
     keep_mask &= statistics.largest_radii() <= settings.prune_radius
     keep_mask &= scales <= settings.prune_scale * extent
     return keep_mask & ~split_mask, split_mask
+
+
+def count_deaths(state: FrameState, target_count: int, settings: BirthSettings) -> int:
+    """Return how many faint Gaussians to delete so that at most `target_count` remain.
+
+    If there are too few faint Gaussians, all of them are deleted, but more than `target_count`
+    Gaussians remain.
+    """
+    header = state.scene.header
+    logits = state.scene.codes[OPACITY.start] * header.opacity_step
+    faint_count = int(np.count_nonzero(1 / (1 + np.exp(-logits)) < settings.death_opacity))
+    return min(max(0, state.scene.count - target_count), faint_count)

@@ -4,6 +4,8 @@ Before frame 0 is coded, its error sets the translation step in the header. The 
 later frames is the loss of decoded frame 0. Exposures and reference loss are computed from decoded
 frames. They depend only on the stream and the pictures, so a resumed encode computes the same
 values.
+
+Together with exposures, the errors of edges are measured: they grow at once if a camera moves.
 """
 
 import math
@@ -17,6 +19,11 @@ from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
 from quarc_ref.rendering.rasterizer import Rendering
+
+_EDGE_SHARE = 0.05  # of the pixels
+_MIN_GRADIENT = 1e-3
+
+_Edges = tuple[Tensor, Tensor]  # pixels of a rendering and of a picture, `[P, 3]`
 
 
 def measure_error(
@@ -56,16 +63,22 @@ def refit_exposures(context: TrainingContext, state: FrameState) -> None:
     context.exposures.estimate_all(_make_exposure_pairs(context, attributes, state.scene.frame))
 
 
-def follow_exposures(context: TrainingContext, state: FrameState, frame: int) -> None:
+def follow_exposures(context: TrainingContext, state: FrameState, frame: int) -> list[float]:
     """Estimate the exposures of a later frame; see `Exposures.follow`.
 
     Args:
         context: Training context whose exposures have been estimated for frame 0.
         state: Decoded state of the previous frame.
         frame: Ordinal of the frame.
+
+    Returns:
+        `[V]` error of the median pixel among those with the largest gradients in the rendering, as
+        a fraction of white; NaN for views without pixels.
     """
     attributes = from_splats(dequantize(state.scene), context.device)
-    context.exposures.follow(_make_exposure_pairs(context, attributes, frame))
+    edges: list[_Edges] = []
+    context.exposures.follow(_make_exposure_pairs(context, attributes, frame, edges))
+    return _measure_edge_errors(context, edges)
 
 
 def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: float) -> float:
@@ -94,10 +107,36 @@ def _render_attributes(
 
 
 def _make_exposure_pairs(
-    context: TrainingContext, attributes: Attributes, frame: int
+    context: TrainingContext, attributes: Attributes, frame: int, edges: list[_Edges] | None = None
 ) -> Iterator[tuple[Tensor, Tensor]]:
+    """Yield the pixels from which exposures are estimated; append those of edges to `edges`."""
     for view, rendering in enumerate(_render(context, attributes)):
+        if edges is not None:
+            edges.append(_find_edges(context, rendering.image, view, frame))
         yield context.exposure_pair(rendering, view, frame)
+
+
+def _find_edges(context: TrainingContext, image: Tensor, view: int, frame: int) -> _Edges:
+    """Return the pixels of an image `[H, W, 3]`, and of the picture, where the image has edges."""
+    gray = image.mean(dim=2)
+    gradients = torch.zeros_like(gray)
+    gradients[:, 1:] += gray.diff(dim=1).abs()
+    gradients[1:] += gray.diff(dim=0).abs()
+    mask = context.views.mask(view, frame)
+    if mask is not None:
+        gradients *= mask[..., 0]
+    count = math.ceil(_EDGE_SHARE * gray.numel())
+    strength = gradients.flatten().kthvalue(gray.numel() - count + 1).values
+    is_edge = gradients >= strength.clamp(min=_MIN_GRADIENT)
+    return image[is_edge], context.views.picture(view, frame)[is_edge]
+
+
+def _measure_edge_errors(context: TrainingContext, edges: list[_Edges]) -> list[float]:
+    gains = context.exposures.gains
+    return [
+        float((image - picture / gain).abs().mean(dim=1).median()) if len(image) else math.nan
+        for (image, picture), gain in zip(edges, gains, strict=True)
+    ]
 
 
 def _render(context: TrainingContext, attributes: Attributes) -> Iterator[Rendering]:

@@ -15,7 +15,7 @@ from quarc_ref.encoder.settings.presets import (
     choose_preset,
     list_settings,
 )
-from quarc_ref.encoder.settings.renamed import RENAMED, update_names
+from quarc_ref.encoder.settings.renamed import RENAMED
 
 
 def test_paper_has_the_settings_of_the_paper():
@@ -183,10 +183,3 @@ def test_an_old_name_is_rejected_with_the_new_one(old, new):
 
     assert new in dict(list_settings(choose_preset("main")))
     assert old not in dict(list_settings(choose_preset("main")))
-
-
-def test_the_settings_of_an_older_stream_are_read_under_todays_names():
-    assert update_names("motion.rate=0.5 seed=7 rate_weight=2.0 births.split_at=(40, 80)") == (
-        "motion.lr=0.5 seed=7 rd_lambda=2.0 births.split_iters=(40, 80)"
-    )
-    assert update_names("") == ""
