@@ -36,6 +36,7 @@ RENAMED = {
     "motion.price_weight": "motion.rd_lambda",
     "births.gradient": "births.grad_threshold",
     "births.error": "births.error_threshold",
+    "births.error_cell": "births.error_radius",  # (N - 1) / 2
     "births.error_reach": "births.error_radius",
     "births.deaths_below": "births.death_opacity",
     "births.parent_scale": "births.max_parent_scale",
