@@ -1,6 +1,7 @@
 """Reads and writes `quarc-capture.json` (`capture_notes`)."""
 
 import json
+from collections import Counter
 from pathlib import Path
 
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes, Direction
@@ -62,13 +63,12 @@ def write_capture_notes(path: Path, notes: CaptureNotes) -> None:
 
 
 def without_ignored_frames(data: bytes) -> bytes:
-    """Return the contents of valid notes without `ignored_frames`.
+    """Return the contents of valid notes without `ignored_frames`, formatted like written notes.
 
-    They are the same as if `write_capture_notes` had written the file without this key.
+    White space does not count, because adding the key by hand usually changes it elsewhere.
     """
     document = json.loads(data)
-    if document.pop("ignored_frames", None) is None:
-        return data
+    document.pop("ignored_frames", None)
     return _to_bytes(document)
 
 
@@ -80,7 +80,7 @@ def _parse_notes(data: bytes) -> CaptureNotes:
     if len(data) > _MAX_BYTES:
         message = f"the file has more than {_MAX_BYTES:,} bytes"
         raise ValueError(message)
-    document = json.loads(data)
+    document = json.loads(data, object_pairs_hook=_make_object)
     if not isinstance(document, dict):
         message = "the file is not a JSON object"
         raise TypeError(message)
@@ -107,6 +107,15 @@ def _parse_notes(data: bytes) -> CaptureNotes:
         _parse_background(document.get("background", "opaque")),
         parse_ignored_frames(document.get("ignored_frames", {})),
     )
+
+
+def _make_object(pairs: list[tuple[str, object]]) -> dict[str, object]:
+    """Return a JSON object; raise ValueError if keys repeat, because only one would count."""
+    repeated = sorted(key for key, count in Counter(key for key, _ in pairs).items() if count > 1)
+    if repeated:
+        message = f"{', '.join(map(repr, repeated))} is given twice: join the values"
+        raise ValueError(message)
+    return dict(pairs)
 
 
 def _parse_background(value: object) -> bool:

@@ -6,7 +6,11 @@ import pytest
 
 from quarc_ref.datasets import choose_points as choose_points_module
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
-from quarc_ref.datasets.errors import CaptureError, MissingCameraError, UnreadableNotesError
+from quarc_ref.datasets.errors import (
+    CaptureError,
+    MissingCameraError,
+    UnreadableNotesError,
+)
 from quarc_ref.datasets.ignored_frames import IgnoredFrames
 from quarc_ref.datasets.notes_file import read_capture_notes, write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -163,14 +167,35 @@ def test_a_frame_without_training_cameras_is_rejected(folder):
         open_capture(folder, CaptureOptions(start=2))
 
 
-@pytest.mark.parametrize("offset", [{}, {"offsets": {"cam01": 1}}])
-def test_ignored_frames_do_not_change_the_fingerprint(folder, offset):
-    write_capture_notes(folder / NOTES_NAME, CaptureNotes(offset.get("offsets", {})))
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"offsets": {}}',
+        '{"offsets": {"cam01": 1}}',
+        '{\n    "offsets": {"cam01": 1.0}, "up": [0, -1, 0]\n}\n',
+    ],
+)
+def test_ignored_frames_do_not_change_the_fingerprint(folder, text):
+    (folder / NOTES_NAME).write_text(text)
     fingerprint = open_capture(folder).fingerprint
 
-    document = json.loads((folder / NOTES_NAME).read_text())
-    _write_notes(folder, **document, ignored_frames={"cam01": [[3, None]]})
+    _write_notes(folder, **json.loads(text), ignored_frames={"cam01": [[3, None]]})
     assert open_capture(folder).fingerprint == fingerprint
 
     _write_notes(folder, offsets={"cam01": 2}, ignored_frames={"cam01": [[3, None]]})
     assert open_capture(folder).fingerprint != fingerprint
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"ignored_frames": {"cam01": [1]}, "ignored_frames": {"cam03": [2]}}',
+        '{"ignored_frames": {"cam01": [1], "cam01": [2]}}',
+    ],
+)
+def test_keys_that_repeat_are_rejected(folder, text):
+    """If the advice of two findings is pasted, one of them would be lost."""
+    (folder / NOTES_NAME).write_text(text)
+
+    with pytest.raises(UnreadableNotesError, match=r"' is given twice: join the values"):
+        read_capture_notes(folder)
