@@ -61,38 +61,42 @@ def find_moved_cameras(
         return
     contrasts = np.stack([history.contrasts for history in histories.values()])
     is_lit = np.median(contrasts, axis=0) >= _MIN_LIT_CONTRAST
-    moved: dict[str, _Change] = {}
+    moved: dict[str, list[_Change]] = {}
     for name, history in histories.items():
         is_covered = (history.contrasts < _MAX_COVERED_CONTRAST) & is_lit
-        for change in history.list_covered(is_covered, start):
-            yield _report_covered(name, change)
-        for change in history.list_moved(is_lit & ~is_covered, start):
-            moved.setdefault(name, change)
+        covered = list(history.list_covered(is_covered, start))
+        if covered:
+            yield _report_covered(name, covered)
+        changes = list(history.list_moved(is_lit & ~is_covered, start))
+        if changes:
+            moved[name] = changes
     if 2 * len(moved) > len(names):
         yield _report_moving_rig(moved)
     else:
-        yield from (_report_moved(name, change) for name, change in moved.items())
+        yield from (_report_moved(name, changes) for name, changes in moved.items())
 
 
-def _report_covered(name: str, change: _Change) -> Finding:
+def _report_covered(name: str, changes: Sequence[_Change]) -> Finding:
+    spans = [change.frames for change in changes]
     message = (
-        f"{name} shows almost nothing {_describe_span(change.frames)}, so it was probably covered, "
-        f"or switched off: {suggest_ignoring(name, [change.frames])}"
+        f"{name} shows almost nothing {_describe_spans(spans)}, so it was probably covered, or "
+        f"switched off: {suggest_ignoring(name, spans)}"
     )
     return Finding("camera-covered", message, (name,))
 
 
-def _report_moved(name: str, change: _Change) -> Finding:
+def _report_moved(name: str, changes: Sequence[_Change]) -> Finding:
+    spans = [change.frames for change in changes]
     message = (
-        f"the picture of {name} is shifted by {change.pixels:.1f} pixels "
-        f"{_describe_span(change.frames)}, so the camera was probably pushed, and its pose does "
-        f"not fit there: {suggest_ignoring(name, [change.frames])}"
+        f"the picture of {name} is shifted by {max(change.pixels for change in changes):.1f} "
+        f"pixels {_describe_spans(spans)}, so the camera was probably pushed, and its pose does "
+        f"not fit there: {suggest_ignoring(name, spans)}"
     )
     return Finding("camera-moved", message, (name,))
 
 
-def _report_moving_rig(moved: dict[str, _Change]) -> Finding:
-    largest = max(change.pixels for change in moved.values())
+def _report_moving_rig(moved: dict[str, list[_Change]]) -> Finding:
+    largest = max(change.pixels for changes in moved.values() for change in changes)
     message = (
         f"the pictures of {format_names(list(moved))} shift over time, by up to {largest:.1f} "
         "pixels, but a camera has the same pose in all frames: use cameras that stand still"
@@ -100,19 +104,23 @@ def _report_moving_rig(moved: dict[str, _Change]) -> Finding:
     return Finding("camera-moved", message, tuple(moved))
 
 
-def _describe_span(frames: FrameSpan) -> str:
-    first, last = frames
-    return f"from frame {first} on" if last is None else f"in frames {first} to {last}"
+def _describe_spans(spans: Sequence[FrameSpan]) -> str:
+    return " and ".join(
+        f"from frame {first} on" if last is None else f"in frames {first} to {last}"
+        for first, last in spans
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _History:
     """How the picture of a camera differs from that of the first window of time.
 
+    Windows without a usable sample, as where frames are ignored, count as unchanged.
+
     Attributes:
         recording: The recording.
         windows: Samples of each window.
-        reference: The picture of the first window.
+        reference: The picture of the first window that has a usable sample.
         shifts: `[W, 2]` shift to the right and down, in pixels of the downscaled picture.
         contrasts: `[W]` contrast, relative to the first window.
     """
@@ -185,24 +193,28 @@ def _find_step(flags: Flags) -> int:
 
 
 def _make_history(recording: Recording) -> _History | None:
-    """Return the history of a camera; None if a window has no usable sample, or little texture."""
+    """Return the history of a camera; None if it has few samples, or the picture little texture."""
     samples = recording.samples
     sample_count = len(samples.frames)
     window_count = min(sample_count // _SAMPLES_PER_WINDOW, _MAX_WINDOWS)
     if window_count < _MIN_WINDOWS:
         return None
     windows = np.array_split(np.arange(sample_count), window_count)
-    pictures = []
-    for window in windows:
-        usable = window[samples.is_usable[window]]
-        if not usable.size:
-            return None
-        pictures.append(np.median(samples.rows(usable).levels, axis=0))
-    reference = ReferencePicture(pictures[0])
+    usable_windows = [window[samples.is_usable[window]] for window in windows]
+    pictures = {
+        index: np.median(samples.rows(usable).levels, axis=0)
+        for index, usable in enumerate(usable_windows)
+        if usable.size
+    }
+    if not pictures:
+        return None
+    reference = ReferencePicture(pictures[min(pictures)])
     if not reference.has_texture:
         return None
-    shifts = np.array([reference.measure_shift(picture) for picture in pictures])
-    contrasts = np.array([reference.measure_contrast(picture) for picture in pictures])
+    shifts, contrasts = np.zeros((window_count, 2)), np.ones(window_count)
+    for index, picture in pictures.items():
+        shifts[index] = reference.measure_shift(picture)
+        contrasts[index] = reference.measure_contrast(picture)
     return _History(recording, windows, reference, shifts, contrasts)
 
 

@@ -111,6 +111,28 @@ def test_unusable_samples_are_left_out():
     assert "from frame 18 on" in finding.message  # the last usable frame before is 17
 
 
+def _push_twice(frame, picture):
+    return move(picture, 2, 1) if 20 <= frame < 30 or frame >= 45 else picture
+
+
+def test_all_spans_in_which_a_camera_is_moved_are_reported():
+    (finding,) = _find(film(60, _push_twice))
+
+    assert "in frames 20 to 29 and from frame 45 on" in finding.message
+    assert '{"cam02": [[20, 29], [45, null]]}' in finding.message
+
+
+@pytest.mark.parametrize(("ignored", "first"), [(slice(18, 32), 45), (slice(0, 11), 20)])
+def test_a_camera_with_windows_without_usable_samples_is_still_examined(ignored, first):
+    pushed = film(60, _push_twice)
+    pushed.samples.pictures[ignored] = 0
+    pushed.samples.is_usable[ignored] = False
+
+    (finding,) = _find(pushed)
+
+    assert f'{{"cam02": [[{first}, ' in finding.message
+
+
 def test_cameras_without_texture_or_frames_are_not_examined():
     flat = GrayFrames(
         np.arange(40), np.full((40, 54, 96), 12_800, np.uint16), np.ones(40, dtype=bool)
