@@ -42,6 +42,10 @@ class IgnoredFrames:
             for first, last in self.spans.get(camera, ())
         )
 
+    def contains_rest(self, camera: str, frame: int) -> bool:
+        """Return whether a frame of a camera and all later ones are not used."""
+        return any(first <= frame and last is None for first, last in self.spans.get(camera, ()))
+
     def require_cameras(
         self, names: Collection[str], training: Sequence[str], start: int, count: int
     ) -> None:

@@ -4,7 +4,7 @@ Each class is a `PictureSource`. Pictures whose size differs from the calibratio
 picture files when their headers are read, video frames when they are decoded.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from statistics import median_high
 from typing import Protocol
@@ -113,17 +113,22 @@ class SynchronizedPictures:
     Args:
         source: Source of the pictures on disk.
         first_frames: `[camera]` frame of `source` that becomes frame 0.
+        ended: Cameras that may have fewer frames than the others, because these are never read.
 
     Attributes:
         first_frames: `[camera]` frame of the source that becomes frame 0.
-        frame_count: Number of frames that all cameras have; 0 or negative if there are none.
+        frame_count: Number of frames that all other cameras have; 0 or negative if there are none.
     """
 
-    def __init__(self, source: Pictures, first_frames: Sequence[int]) -> None:
+    def __init__(
+        self, source: Pictures, first_frames: Sequence[int], ended: Collection[int] = ()
+    ) -> None:
         self._source = source
         self.first_frames = tuple(first_frames)
         self.frame_count = min(
-            length - first for length, first in zip(source.lengths, first_frames, strict=True)
+            source.lengths[camera] - first
+            for camera, first in enumerate(first_frames)
+            if camera not in ended
         )
 
     def read(self, camera: int, frame: int) -> Image:

@@ -16,6 +16,7 @@ from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import CountMismatchError, StartError
 from quarc_ref.datasets.findings import FRAME_NUMBERS, STATED_FRAME_RATE, Finding, format_names
 from quarc_ref.datasets.footage import Footage
+from quarc_ref.datasets.ignored_frames import IgnoredFrames
 from quarc_ref.datasets.lens_checks import find_odd_principal_points, find_stretched_pixels
 from quarc_ref.datasets.pictures import SynchronizedPictures
 from quarc_ref.wording import format_count
@@ -41,16 +42,25 @@ def synchronize(
             after the last frame.
     """
     offsets = notes.first_frames([camera.name for camera in footage.cameras])
-    pictures = SynchronizedPictures(footage.source, [start + n for n in offsets.values()])
+    ended = _list_ended(footage, offsets, notes.ignored_frames)
+    pictures = SynchronizedPictures(footage.source, [start + n for n in offsets.values()], ended)
     common_count = pictures.frame_count
+    lengths = {
+        name: length
+        for index, (name, length) in enumerate(zip(offsets, footage.source.lengths, strict=True))
+        if index not in ended
+    }
     if common_count < 1:
-        _reject_start(path, footage, offsets, start)
+        _reject_start(path, lengths, offsets, start)
     used_count = min(common_count, max_frames or common_count)
     findings = (
         *(finding for finding in footage.findings if not _is_resolved(finding, notes, offsets)),
         *_compare_recordings(footage, offsets, start + used_count - 1),
-        *_compare_lengths(footage, offsets, common_count, max_frames),
     )
+    if max_frames is None or max_frames > common_count:  # otherwise, all frames are available
+        used_offsets = [offsets[name] for name in lengths]
+        uneven = compare_lengths(list(lengths), list(lengths.values()), used_offsets)
+        findings = (*findings, *filter(None, [uneven]))
     footage = replace(footage, findings=findings)
     if any(offsets.values()) or notes.has_transparent_background:
         description_files = (*footage.description_files, path / NOTES_NAME)
@@ -80,13 +90,16 @@ def _compare_recordings(
     yield from filter(None, findings)
 
 
-def _compare_lengths(
-    footage: Footage, offsets: Mapping[str, int], common_count: int, max_frames: int | None
-) -> Iterator[Finding]:
-    """Yield a finding if lengths differ, unless all `max_frames` frames are available anyway."""
-    if max_frames is None or max_frames > common_count:
-        lengths = footage.source.lengths
-        yield from filter(None, [compare_lengths(list(offsets), lengths, list(offsets.values()))])
+def _list_ended(
+    footage: Footage, offsets: Mapping[str, int], ignored: IgnoredFrames
+) -> frozenset[int]:
+    """Return the cameras that are not used after their last frame; none if all cameras are."""
+    ended = frozenset(
+        camera
+        for camera, (name, offset) in enumerate(offsets.items())
+        if ignored.contains_rest(name, footage.source.lengths[camera] - offset)
+    )
+    return ended if len(ended) < len(offsets) else frozenset()
 
 
 def _is_resolved(finding: Finding, notes: CaptureNotes, offsets: Mapping[str, int]) -> bool:
@@ -96,12 +109,11 @@ def _is_resolved(finding: Finding, notes: CaptureNotes, offsets: Mapping[str, in
     return finding.kind == FRAME_NUMBERS and any(offsets.values())
 
 
-def _reject_start(path: Path, footage: Footage, offsets: Mapping[str, int], start: int) -> NoReturn:
+def _reject_start(
+    path: Path, lengths: Mapping[str, int], offsets: Mapping[str, int], start: int
+) -> NoReturn:
     """Raise the error for a start or offsets after the last frame of a camera."""
-    frame_counts = {
-        camera.name: length - offsets[camera.name]
-        for camera, length in zip(footage.cameras, footage.source.lengths, strict=True)
-    }
+    frame_counts = {name: length - offsets[name] for name, length in lengths.items()}
     if min(frame_counts.values()) >= 1:
         message = (
             f"cannot start at frame {start}: the capture has "

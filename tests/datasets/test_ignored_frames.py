@@ -9,12 +9,15 @@ from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import (
     CaptureError,
     MissingCameraError,
+    StartError,
     UnreadableNotesError,
 )
 from quarc_ref.datasets.ignored_frames import IgnoredFrames
 from quarc_ref.datasets.notes_file import read_capture_notes, write_capture_notes
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.checks.interlacing import find_interlaced_videos
 from quarc_ref.encoder.segments import slice_capture
+from tests.datasets import scenes
 
 IGNORED = IgnoredFrames({"cam01": ((1, 1), (3, 4)), "cam03": ((2, None),)})
 
@@ -165,6 +168,50 @@ def test_a_frame_without_training_cameras_is_rejected(folder):
     open_capture(folder, CaptureOptions(start=4, max_frames=1))
     with pytest.raises(MissingCameraError, match=r"no training camera in frame 2$"):
         open_capture(folder, CaptureOptions(start=2))
+
+
+class _Recorder:
+    """A picture source that remembers what is read."""
+
+    def __init__(self):
+        self.keys = []
+
+    def read(self, camera, frame):
+        self.keys.append((camera, frame))
+        return np.zeros((32, 48, 3), np.uint8)
+
+
+@pytest.mark.parametrize("offset", [0, 1])
+def test_a_recording_that_ends_early_does_not_shorten_the_capture(folder, shots, offset):
+    pictures = [scenes.render(shots[1], frame_time) for frame_time in range(3)]
+    scenes.write_video(folder / "cam01.mp4", pictures)
+    notes = {"offsets": {"cam01": offset}}
+
+    _write_notes(folder, **notes, ignored_frames={"cam01": [[4 - offset, None]]})
+    shortened = open_capture(folder)
+    assert shortened.frame_count == 3 - offset
+    assert [finding.kind for finding in shortened.findings] == ["uneven-lengths"]
+
+    _write_notes(folder, **notes, ignored_frames={"cam01": [[3 - offset, None]]})
+    capture = open_capture(folder)
+    assert capture.frame_count == 6
+    assert capture.findings == ()
+    assert [capture.image(1, frame).any() for frame in range(6)] == [
+        frame < 3 - offset for frame in range(6)
+    ]
+    capture.stored_pictures = _Recorder()
+    list(find_interlaced_videos(capture))
+    assert max(frame for camera, frame in capture.stored_pictures.keys if camera == 1) < 3 - offset
+    assert open_capture(folder, CaptureOptions(start=5)).frame_count == 1
+    with pytest.raises(StartError, match="6 frames"):
+        open_capture(folder, CaptureOptions(start=6))
+
+
+def test_the_ends_of_all_recordings_cannot_be_ignored(folder):
+    names = ("cam00", "cam01", "cam03", "cam04")
+    _write_notes(folder, ignored_frames={name: [[6, None]] for name in names})
+
+    assert open_capture(folder).frame_count == 6
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,11 @@ def find_interlaced_videos(capture: Capture) -> Iterator[Finding]:
     names = tuple(
         camera.name
         for index, camera in enumerate(capture.cameras)
-        if _is_interlaced(pictures, index, frames)
+        if _is_interlaced(
+            pictures,
+            index,
+            [t for t in frames if capture.is_used(index, t) and capture.is_used(index, t + 1)],
+        )
     )
     if names:
         message = (
