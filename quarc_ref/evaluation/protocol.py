@@ -30,7 +30,7 @@ class Protocol:
         held_out_cameras: Names of the measured cameras.
         resolution: Width and height of the first held-out camera.
         first_frame: Ordinal of the first measured frame.
-        frame_count: Number of measured frames, which are consecutive.
+        frame_count: Number of measured frames.
         seed: Seed of all random numbers of the encoder.
         renderer: Description of the renderer.
         versions: Versions of this package, the format and installed libraries.
@@ -103,7 +103,7 @@ def make_protocol(
     Args:
         capture: The capture whose held-out pictures are the ground truth.
         cameras: Cameras of the stream, at least one of which is held out.
-        frames: Ordinals of the measured frames, which are consecutive.
+        frames: Ordinals of the measured frames.
         seed: Seed of the stream.
         encoded_from: Fingerprint that the stream contains; None if there is no fingerprint.
     """

@@ -52,8 +52,10 @@ class Quality:
         return psnr.count(MAX_DECIBELS), len(psnr)
 
     def by_camera(self) -> dict[str, Measures]:
-        """Return the means over the frames, by camera name."""
-        return {camera: average(frames) for camera, frames in self.per_camera.items()}
+        """Return the means over the frames, by camera name; None if no view has a value."""
+        means = {camera: average(frames) for camera, frames in self.per_camera.items()}
+        missing = dict.fromkeys(name for mean in means.values() for name in mean)
+        return {camera: {**missing, **mean} for camera, mean in means.items()}
 
     def by_frame(self) -> list[Measures]:
         """Return the means over the cameras, by frame."""
@@ -82,13 +84,19 @@ class Quality:
             for name, metrics in named_metrics
         ]
 
-    def as_json(self) -> dict[str, object]:
-        """Return the quality as part of the output of `eval --json`."""
+    def as_json(self, frames: Sequence[int]) -> dict[str, object]:
+        """Return the quality as part of the output of `eval --json`.
+
+        Args:
+            frames: Ordinals of the measured frames. Those between them have null as their values.
+        """
+        measured = dict(zip(frames, self.by_frame(), strict=True))
+        by_frame = [measured.get(frame, {}) for frame in range(frames[0], frames[-1] + 1)]
         return {
             "psnr": fmean(self.psnr),
             "ssim": fmean(self.ssim),
-            "psnr_per_frame": list(self.psnr),
-            "ssim_per_frame": list(self.ssim),
+            "psnr_per_frame": [metrics.get("psnr") for metrics in by_frame],
+            "ssim_per_frame": [metrics.get("ssim") for metrics in by_frame],
             "quality": {
                 "mean": self.mean(),
                 "cameras": [

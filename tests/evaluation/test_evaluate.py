@@ -53,7 +53,7 @@ def test_the_summary_is_of_the_stream_itself(evaluation, stream):
 
 
 def test_json_has_a_number_for_each_frame_and_their_means(evaluation):
-    printed = evaluation.quality.as_json()
+    printed = evaluation.quality.as_json(evaluation.frames)
 
     assert printed["psnr_per_frame"] == list(evaluation.quality.psnr)
     assert printed["psnr"] == pytest.approx(np.mean(evaluation.quality.psnr))

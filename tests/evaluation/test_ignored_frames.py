@@ -47,6 +47,29 @@ def test_only_used_pictures_are_measured(stream, failing_folder, evaluation):
     assert [view.camera for view in failing.shown_views] == ["cam01", "cam04", "cam01"]
 
 
+def test_frames_without_measurements_are_null_in_json(stream, failing_folder):
+    failing = evaluate_stream(stream, failing_folder, ignore_progress)
+
+    printed = failing.quality.as_json(failing.frames)
+
+    for metric in ("psnr", "ssim"):
+        values = printed[f"{metric}_per_frame"]
+        assert [value is None for value in values] == [False, False, True, False]
+
+
+def test_a_camera_without_any_measured_view_has_no_values(stream, failing_folder):
+    notes = {"ignored_frames": {"cam01": [[0, None]]}}
+    (failing_folder / "quarc-capture.json").write_text(json.dumps(notes))
+    quality = evaluate_stream(stream, failing_folder, ignore_progress).quality
+
+    cam01, cam04 = quality.by_camera().values()
+    assert cam01 == dict.fromkeys(cam04)
+    assert quality.mean() == cam04
+    first, second, mean = quality.as_rows()
+    assert first == ["cam01", *["-"] * len(quality.headings())]
+    assert second[1:] == mean[1:]
+
+
 def test_frames_that_no_held_out_camera_shows_cannot_be_measured(stream, failing_folder):
     with pytest.raises(MismatchError, match="ignores these frames of all held-out cameras"):
         evaluate_stream(stream, failing_folder, ignore_progress, EvaluationOptions(span=(2, 3)))

@@ -51,10 +51,10 @@ def test_json_has_means_and_every_frame():
     quality = Quality(
         {"a": [_make_metrics(psnr=100.0), _make_metrics(psnr=30.0, moving_psnr=None)]}
     )
-    printed = json.loads(json.dumps(quality.as_json(), allow_nan=False))
+    printed = json.loads(json.dumps(quality.as_json((3, 5)), allow_nan=False))
 
     assert quality.count_views_at_max_psnr() == (1, 2)
-    assert printed["psnr_per_frame"] == [100.0, 30.0]
+    assert printed["psnr_per_frame"] == [100.0, None, 30.0]
     assert printed["psnr"] == 65
     assert printed["quality"]["mean"]["moving_psnr"] == 1
     assert printed["quality"]["cameras"][0] == {"camera": "a", **printed["quality"]["mean"]}

@@ -129,7 +129,7 @@ def print_evaluation(
     if as_json:
         protocol = evaluation.protocol
         quality_values = {
-            **quality.as_json(),
+            **quality.as_json(evaluation.frames),
             "same_capture": protocol.is_same_capture,
             "protocol": protocol.as_json(),
         }
