@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.ignored_frames import FrameSpan, suggest_ignoring
-from quarc_ref.encoder.checks.picture_shift import Picture, ReferencePicture
+from quarc_ref.encoder.checks.picture_shift import CELL_PIXELS, Picture, ReferencePicture
 from quarc_ref.encoder.checks.recording import GrayFrames, Recording
 
 _SAMPLES_PER_WINDOW = 5
@@ -193,11 +193,11 @@ def _find_step(flags: Flags) -> int:
 
 
 def _make_history(recording: Recording) -> _History | None:
-    """Return the history of a camera; None if it has few samples, or the picture little texture."""
+    """Return the history of a camera; None if it has few samples, few rows or little texture."""
     samples = recording.samples
     sample_count = len(samples.frames)
     window_count = min(sample_count // _SAMPLES_PER_WINDOW, _MAX_WINDOWS)
-    if window_count < _MIN_WINDOWS:
+    if window_count < _MIN_WINDOWS or min(samples.pictures.shape[1:]) < CELL_PIXELS:
         return None
     windows = np.array_split(np.arange(sample_count), window_count)
     usable_windows = [window[samples.is_usable[window]] for window in windows]

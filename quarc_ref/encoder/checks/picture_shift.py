@@ -8,7 +8,7 @@ Technique", 1981). Only cells with texture in all directions are used.
 import numpy as np
 from numpy.typing import NDArray
 
-_CELL_PIXELS = 8
+CELL_PIXELS = 8
 _MIN_GRADIENT = 3.2  # gray levels per pixel, in the direction of the smallest changes
 _MIN_CELLS = 12
 _MIN_CELL_SHARE = 0.08
@@ -38,7 +38,7 @@ class ReferencePicture:
         self._contrast = max(float(cells.std(axis=1).mean()), _EPSILON)
         xx, xy, yy = (x * x).sum(axis=1), (x * y).sum(axis=1), (y * y).sum(axis=1)
         smallest = (xx + yy) / 2 - np.sqrt((xx - yy) ** 2 / 4 + xy**2)
-        self._is_used = smallest > (_CELL_PIXELS * _MIN_GRADIENT) ** 2
+        self._is_used = smallest > (CELL_PIXELS * _MIN_GRADIENT) ** 2
         used_count = int(self._is_used.sum())
         self.has_texture = used_count >= max(_MIN_CELLS, _MIN_CELL_SHARE * len(cells))
         self._cells, self._x, self._y = (part[self._is_used] for part in (cells, x, y))
@@ -113,8 +113,8 @@ class ReferencePicture:
 
 def _split_cells(picture: NDArray[np.floating]) -> Picture:
     """Return the pixels of each cell of a picture `[rows, columns]`, `[C, pixels]`."""
-    rows, columns = (size // _CELL_PIXELS for size in picture.shape)
-    squares = picture[: rows * _CELL_PIXELS, : columns * _CELL_PIXELS].reshape(
-        rows, _CELL_PIXELS, columns, _CELL_PIXELS
+    rows, columns = (size // CELL_PIXELS for size in picture.shape)
+    squares = picture[: rows * CELL_PIXELS, : columns * CELL_PIXELS].reshape(
+        rows, CELL_PIXELS, columns, CELL_PIXELS
     )
-    return squares.swapaxes(1, 2).reshape(rows * columns, _CELL_PIXELS**2)
+    return squares.swapaxes(1, 2).reshape(rows * columns, CELL_PIXELS**2)

@@ -133,6 +133,14 @@ def test_a_camera_with_windows_without_usable_samples_is_still_examined(ignored,
     assert f'{{"cam02": [[{first}, ' in finding.message
 
 
+@pytest.mark.parametrize("rows", [1, 7])
+def test_cameras_with_very_wide_pictures_are_not_examined(rows):
+    samples = film().samples
+    low = GrayFrames(samples.frames, samples.pictures[:, :rows], samples.is_usable)
+
+    assert _find(Recording(4, low, low, {})) == []
+
+
 def test_cameras_without_texture_or_frames_are_not_examined():
     flat = GrayFrames(
         np.arange(40), np.full((40, 54, 96), 12_800, np.uint16), np.ones(40, dtype=bool)
