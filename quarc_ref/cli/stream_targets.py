@@ -23,7 +23,7 @@ _PART_SUFFIX = ".part"
 _SEGMENTS_SUFFIX = ".segments"
 _UNREADABLE_ADVICE = (
     ", or with a smaller --frames to leave them out, or with ignored_frames in quarc-capture.json "
-    "to use only the other cameras"
+    "(quarc-ref doctor prints them) to use only the other cameras"
 )
 
 

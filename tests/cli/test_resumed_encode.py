@@ -34,7 +34,7 @@ main()
         (
             CaptureError("damaged"),
             3,
-            "leave them out, or with ignored_frames in quarc-capture.json",
+            "with ignored_frames in quarc-capture.json (quarc-ref doctor prints them) to use only",
         ),
     ],
 )
