@@ -13,6 +13,7 @@ from typing import BinaryIO, Generic, TypeVar
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.findings import Finding, FindingCallback, ignore_finding
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.checks.pose_checks import MIN_TRAINING_CAMERAS
 from quarc_ref.encoder.description import describe_encode
 from quarc_ref.encoder.encode_options import EncodeOptions
 from quarc_ref.encoder.monitoring.monitor import NullMonitor
@@ -25,7 +26,7 @@ from quarc_ref.encoder.resume.partial_stream import (
     require_match,
 )
 from quarc_ref.encoder.stream_file import encode_file
-from quarc_ref.format.errors import BitstreamError, ResumeError
+from quarc_ref.format.errors import BitstreamError, ResumeError, UnusableCaptureError
 from quarc_ref.jobs import Job, WorkerPool, run_jobs
 from quarc_ref.streams.join import join
 from quarc_ref.streams.sources import FileSource
@@ -114,11 +115,21 @@ def _without_callbacks(options: EncodeOptions) -> EncodeOptions:
 
 
 def encode_segment(segment: Segment) -> list[Finding]:
-    """Encode a segment to its file; return the findings about its first frame."""
+    """Encode a segment to its file; return the findings about its first frame.
+
+    Raises:
+        UnusableCaptureError: Only one training camera is used in the segment's first frame.
+    """
     findings: list[Finding] = []
     capture = slice_capture(
         open_capture(segment.folder, segment.capture_options), segment.first, segment.count
     )
+    if len(capture.training_at(0)) < MIN_TRAINING_CAMERAS:
+        message = (
+            f"frame {capture.start} begins a segment, but ignored_frames leaves only one training "
+            "camera there: use another number of segments"
+        )
+        raise UnusableCaptureError(message)
     options = replace(segment.options, frames=None, report=findings.append)
     encode_file(capture, segment.file, options)
     return findings

@@ -9,8 +9,15 @@ from hypothesis import strategies as st
 
 from quarc_ref.datasets.open_capture import CaptureOptions
 from quarc_ref.encoder import EncodeOptions, encode, encode_stream
-from quarc_ref.encoder.segments import Segment, require_finished, slice_capture, split_frames
-from quarc_ref.format.errors import EncodeError, ResumeError
+from quarc_ref.encoder.segments import (
+    Segment,
+    encode_segment,
+    require_finished,
+    slice_capture,
+    split_frames,
+)
+from quarc_ref.format.errors import EncodeError, ResumeError, UnusableCaptureError
+from tests.datasets import scenes
 from tests.encoder.toys import SMALL, make_capture
 from tests.streams.edits import join_bytes
 
@@ -118,3 +125,14 @@ def test_a_stream_that_was_joined_from_other_segments_is_rejected(
 
     with pytest.raises(ResumeError, match=f"{path}: .* not encoded in these segments"):
         require_finished(path, make_capture(3), _OPTIONS, _make_segments(segment_count))
+
+
+def test_a_segment_that_begins_with_a_single_training_camera_is_rejected(tmp_path):
+    folder = scenes.write_n3dv(
+        tmp_path / "plane", scenes.make_shots(3), 4, scenes.make_plane_points()
+    )
+    (folder / "quarc-capture.json").write_text('{"ignored_frames": {"cam01": [2]}}')
+    segment = Segment(folder, CaptureOptions(start=1), _OPTIONS, 1, 2, tmp_path / "b.quarc")
+
+    with pytest.raises(UnusableCaptureError, match=r"^frame 2 begins a segment"):
+        encode_segment(segment)
