@@ -124,6 +124,8 @@ def print_evaluation(
         pages: Paths of the written pages by their names in the output, such as `report`.
         as_json: Whether to print JSON.
     """
+    from quarc_ref.evaluation.comparison.common_frames import format_frames
+
     summary, quality = evaluation.summary, evaluation.quality
     page_names = {name: str(path) for name, path in pages.items()}
     if as_json:
@@ -137,7 +139,7 @@ def print_evaluation(
         return
     frames = evaluation.frames
     fields = {
-        "measured frames": f"{frames[0]} to {frames[-1]}",
+        "measured frames": format_frames(frames),
         "PSNR, held out": f"{mean(quality.psnr):.2f} dB; frame {frames[0]} {quality.psnr[0]:.2f}, "
         f"worst {min(quality.psnr):.2f}",
         "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",

@@ -25,7 +25,7 @@ def choose_frames(inputs: ComparisonInputs, span: tuple[int, int | None]) -> tup
     if not frames:
         message = (
             "the selected range has none of the frames that all entries have, "
-            f"{_format_frames(tuple(sorted(common_frames)))}"
+            f"{format_frames(tuple(sorted(common_frames)))}"
             if common_frames
             else f"the entries have no frame in common ({_list_frames(inputs)})"
         )
@@ -52,7 +52,7 @@ def describe_unequal_frames(inputs: ComparisonInputs) -> list[str]:
 def _list_frames(inputs: ComparisonInputs) -> str:
     """Return the ranges of frames, each with the entries that have it."""
     return "; ".join(
-        f"{_format_frames(frames)} in {', '.join(dict.fromkeys(owners))}"
+        f"{format_frames(frames)} in {', '.join(dict.fromkeys(owners))}"
         for frames, owners in _group_by_frames(inputs).items()
     )
 
@@ -69,7 +69,8 @@ def _group_by_frames(inputs: ComparisonInputs) -> dict[tuple[int, ...], list[str
     return owners_by_frames
 
 
-def _format_frames(frames: tuple[int, ...]) -> str:
+def format_frames(frames: tuple[int, ...]) -> str:
+    """Return the first and the last of some frames, and whether there are gaps between them."""
     if len(frames) < 2:
         return str(frames[0]) if frames else "none"
     has_gaps = frames[-1] - frames[0] >= len(frames)
