@@ -1,9 +1,9 @@
 //! The `quarc` executable: output, files and exit status.
 
-use quarc::chunks::META;
-use quarc::reader::ChunkReader;
-use quarc::wire::{build_metadata, parse_header};
-use quarc::writer::StreamWriter;
+mod info;
+mod ply;
+mod usage;
+
 use serde_json::Value;
 use std::ffi::OsStr;
 use std::fs;
@@ -81,38 +81,6 @@ fn failures_are_one_line_and_an_exit_status() {
 }
 
 #[test]
-fn a_stream_is_described() {
-    let output = quarc(&["info".as_ref(), stream("journey").as_os_str(), "--json".as_ref()]);
-    let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!(said["schema"], "quarc/info/1");
-    assert_eq!(said["frames"], 9);
-    assert_eq!(said["canonical_frames"], 3);
-    assert_eq!(said["bytes"], 2014);
-    assert_eq!(said["chunks"]["FRAM"]["count"], 6);
-    assert_eq!(said["header"]["level"], 10);
-    let output = quarc(&["info".as_ref(), stream("journey").as_os_str()]);
-    let said = String::from_utf8(output.stdout).expect("UTF-8");
-    assert!(said.contains("frames      9, of which 3 canonical, from 0 on"), "{said}");
-}
-
-#[test]
-fn a_long_metadata_key_is_separate_from_its_value() {
-    let journey = fs::read(stream("journey")).expect("a stream");
-    let mut reader = ChunkReader::new(&journey[..]).expect("the magic");
-    let head = reader.read_chunk().expect("HEAD").expect("HEAD").payload;
-    let (mut writer, mut bytes) =
-        StreamWriter::new(&parse_header(&head).expect("a header")).expect("a header");
-    let metadata = [("x-name-of-a-tool".to_owned(), "value".to_owned())];
-    let payload = build_metadata(&metadata).expect("it fits");
-    bytes.extend(writer.write(META, &payload).expect("it fits"));
-    bytes.extend(writer.finish().expect("it fits"));
-    let path = folder("metadata").join("named.quarc");
-    fs::write(&path, bytes).expect("room");
-    let said = quarc(&["info".as_ref(), path.as_os_str()]).stdout;
-    assert!(String::from_utf8_lossy(&said).contains("  x-name-of-a-tool value\n"));
-}
-
-#[test]
 fn all_frames_are_written_completely() {
     let folder = folder("frames");
     let mut arguments = vec!["decode".into(), stream("journey").into_os_string()];
@@ -121,17 +89,6 @@ fn all_frames_are_written_completely() {
     assert_eq!(output.status.code(), Some(0));
     let due: Vec<_> = (0..9).map(|frame| format!("frame-{frame:08}.ply")).collect();
     assert_eq!(names(&folder), due); // and no temporary files
-    let file = fs::read(folder.join(&due[0])).expect("a frame");
-    let end = b"end_header\n";
-    let body = file.windows(end.len()).position(|word| word == end).expect("a header") + end.len();
-    let header = String::from_utf8_lossy(&file[..body]);
-    assert!(header.starts_with("ply\nformat binary_little_endian 1.0\nelement vertex 12\n"));
-    let names: Vec<_> =
-        header.lines().filter_map(|line| line.strip_prefix("property float ")).collect();
-    assert_eq!(names[..7], ["x", "y", "z", "nx", "ny", "nz", "f_dc_0"]);
-    assert_eq!(names[9], "f_rest_0");
-    assert_eq!(names[18..22], ["opacity", "scale_0", "scale_1", "scale_2"]);
-    assert_eq!(file.len() - body, 4 * names.len() * 12);
 }
 
 #[test]
