@@ -100,7 +100,10 @@ def suggest_ignoring(camera: str, spans: Sequence[FrameSpan]) -> str:
         spans: Spans of frames of the synchronized recording.
     """
     entry = json.dumps(IgnoredFrames({camera: tuple(spans)}).to_json())
-    return f'write "ignored_frames": {entry} into quarc-capture.json to use only the other cameras'
+    return (
+        f'add "ignored_frames": {entry} to quarc-capture.json, so that only the other cameras are '
+        "used"
+    )
 
 
 def parse_ignored_frames(value: object) -> IgnoredFrames:

@@ -99,7 +99,7 @@ def test_ignored_frames_are_not_examined(folder):
     damage_frame(folder)
     (finding,) = find_faults(folder)
     assert f"{CAMERA} has unreadable frames (3, 4, 5" in finding.message
-    assert f'write "ignored_frames": {{"{CAMERA}": [[3, 14]]}} into' in finding.message
+    assert f'add "ignored_frames": {{"{CAMERA}": [[3, 14]]}} to' in finding.message
 
     (folder / "quarc-capture.json").write_text(f'{{"ignored_frames": {{"{CAMERA}": [[3, null]]}}}}')
     assert find_faults(folder) == ()
@@ -115,7 +115,7 @@ def test_the_suggested_frames_do_not_depend_on_start(folder):
 
     assert from_start == finding
     (folder / "quarc-capture.json").write_text(
-        "{" + finding.message.split("write ")[1].split(" into")[0] + "}"
+        "{" + finding.message.split("add ")[1].split(" to ")[0] + "}"
     )
     assert find_faults(folder, capture_options=options) == ()
 

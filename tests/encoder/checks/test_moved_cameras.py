@@ -33,8 +33,8 @@ def test_a_camera_that_was_pushed_is_found(pixels):
     assert (finding.kind, finding.cameras) == ("camera-moved", ("cam02",))
     assert "from frame 17 on" in finding.message
     assert finding.message.endswith(
-        'write "ignored_frames": {"cam02": [[17, null]]} into quarc-capture.json to use only the '
-        "other cameras"
+        'add "ignored_frames": {"cam02": [[17, null]]} to quarc-capture.json, so that only the '
+        "other cameras are used"
     )
     stated_pixels = float(finding.message.split("shifted by ")[1].split(" pixels")[0])
     assert stated_pixels == pytest.approx(pixels, rel=0.15)
