@@ -3,8 +3,8 @@
 pycolmap detects SIFT features in frame 0 of every camera, matches all pairs of cameras, and
 verifies the matches with the known poses. pycolmap then triangulates points without changing the
 poses and lenses. The points determine the range of depths that `dense_points` searches. All seeds
-are fixed, so the result is deterministic. Only the features are detected in several threads: in one
-of about a thousand runs with several threads in the other steps, other points were found.
+are fixed, so the result is deterministic. Only the features are detected in several threads: when
+the other steps had several threads, too, they once found other points.
 """
 
 import tempfile
