@@ -51,7 +51,7 @@ class CaptureNotes:
     meters_per_unit: float | None = None
     frames_per_second: float | None = None
     has_transparent_background: bool = False
-    ignored_frames: IgnoredFrames = IgnoredFrames()  # noqa: RUF009, immutable
+    ignored_frames: IgnoredFrames = field(default_factory=IgnoredFrames)
 
     def __post_init__(self) -> None:
         for name, offset in self.offsets.items():

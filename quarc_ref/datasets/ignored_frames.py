@@ -4,7 +4,8 @@ A camera can fail while the others go on recording: it is pushed or covered, or 
 
     {"ignored_frames": {"cam03": [17, [300, 420], [900, null]]}}
 
-A number is a frame, and a pair a first and a last frame; null stands for the end of the recording.
+A number is a single frame. A pair is a span, given by its first and last frame; null stands for the
+end of the recording.
 Frames are counted like those of `--start`, from the first frame that all cameras recorded.
 """
 
@@ -110,7 +111,7 @@ def parse_ignored_frames(value: object) -> IgnoredFrames:
     """Parse the value of `ignored_frames` in `quarc-capture.json`.
 
     Raises:
-        TypeError: The value is no object that maps cameras to lists.
+        TypeError: The value is not an object that maps camera names to lists.
         ValueError: An entry of a list is neither a frame nor a span of frames.
     """
     if not isinstance(value, dict) or not all(isinstance(spans, list) for spans in value.values()):

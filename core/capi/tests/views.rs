@@ -1,4 +1,7 @@
 //! Every field of the structs, and calls that do not suit the kind of decoder.
+//!
+//! The calls are unsafe, as they are from C. Their pointers are NULL where the interface allows it,
+//! decoders that are still open, or room for a value of the right type.
 
 use quarc::stream::Decoder;
 use quarc::wire::Camera;

@@ -8,6 +8,7 @@ time, although people move in some of them. The pictures are those of `Recording
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -150,10 +151,7 @@ class _History:
         block_size, lengths = self.recording.block_size, np.hypot(*self.shifts.T)
         min_length = max(_MIN_SHIFT, _MIN_SHIFT_PIXELS / block_size)
         for first, end in _list_runs((lengths > min_length) & is_visible):
-
-            def looks_moved(levels: Picture, shift: Floats = self.shifts[first]) -> bool:
-                return self.reference.is_shifted(levels, shift)
-
+            looks_moved = partial(self.reference.is_shifted, shift=self.shifts[first])
             pixels = block_size * float(lengths[first:end].max())
             yield _Change(self._find_span((first, end), looks_moved, start), pixels)
 

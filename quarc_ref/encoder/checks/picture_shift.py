@@ -61,7 +61,7 @@ class ReferencePicture:
         return x + rest_x, y + rest_y
 
     def is_shifted(self, levels: Picture, shift: Floats) -> bool:
-        """Return whether a picture is rather shifted by `[2]` pixels than not at all."""
+        """Return whether a shift by `[2]` pixels explains a picture better than no shift."""
         x, y = shift.round().astype(int)
         if x or y:
             return self._measure_error(np.roll(levels, (-y, -x), axis=(0, 1))) < (

@@ -45,17 +45,20 @@ class ViewWatch:
         A camera is reported once.
 
         Args:
-            errors: `[V]` errors of the previous scene in a frame; NaN as in `begin`.
+            errors: `[V]` errors of the previous scene in a frame, NaN as in `begin`; empty if they
+                were not measured.
             frame: Ordinal of the frame.
         """
+        previous_errors, self._previous_errors = self._previous_errors, errors
+        if not (errors and previous_errors):
+            return
         growths = {
             name: max(error, _MIN_ERROR) / max(previous_error, _MIN_ERROR)
             for name, error, previous_error in zip(
-                self._names, errors, self._previous_errors, strict=False
+                self._names, errors, previous_errors, strict=True
             )
             if isfinite(error) and isfinite(previous_error)
         }
-        self._previous_errors = errors
         for name, growth in growths.items():
             relative_growth = growth / median(growths.values())
             if relative_growth > _MAX_GROWTH and name not in self._reported:
