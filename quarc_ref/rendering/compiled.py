@@ -10,6 +10,8 @@ kernel = numba.njit(error_model="numpy")
 inlined_kernel = numba.njit(error_model="numpy", inline="always")
 # Allow fused multiply-adds, and ignore the sign of zero.
 fused_kernel = numba.njit(error_model="numpy", fastmath={"contract", "nsz"})
+# Also sum in any order.
+summing_kernel = numba.njit(error_model="numpy", fastmath={"contract", "nsz", "reassoc"})
 entry_kernel = cached_njit()
 parallel_kernel = cached_njit(parallel=True)
 

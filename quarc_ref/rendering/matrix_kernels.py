@@ -1,9 +1,9 @@
 """Kernels for 3x3 matrices, which are given as nine numbers in row-major order."""
 
-from quarc_ref.rendering.compiled import kernel
+from quarc_ref.rendering.compiled import inlined_kernel
 
 
-@kernel
+@inlined_kernel
 def multiply_vector(matrix, x, y, z):
     """Return the product of a matrix and a vector."""
     return (
@@ -13,7 +13,7 @@ def multiply_vector(matrix, x, y, z):
     )
 
 
-@kernel
+@inlined_kernel
 def multiply_vector_transposed(matrix, x, y, z):
     """Return the product of the transpose of a matrix and a vector."""
     return (
@@ -23,7 +23,7 @@ def multiply_vector_transposed(matrix, x, y, z):
     )
 
 
-@kernel
+@inlined_kernel
 def multiply_matrices(a, b):
     """Return the product of the matrices a and b."""
     return (
@@ -33,7 +33,7 @@ def multiply_matrices(a, b):
     )
 
 
-@kernel
+@inlined_kernel
 def multiply_matrices_transposed(a, b):
     """Return the product of the transpose of matrix a and the matrix b."""
     return (

@@ -26,11 +26,12 @@ from quarc_ref.rendering.pipeline_data import (
 )
 
 KERNEL_LOCK = threading.Lock()
+_SLOPE_MARGIN_FRACTION = 0.15  # relative to the picture size
 
 
 @lru_cache(maxsize=256)
 def flatten_camera(camera: Camera, low_pass: tuple[float, float] = (LOW_PASS, LOW_PASS)) -> Float32:
-    """Return a camera as the array `[24]` that `projection_kernels` takes."""
+    """Return a camera as the array `[28]` that `projection_kernels` takes."""
     center = camera_center(camera)
     nearest_depth = NEAR_FRACTION * camera.near
     intrinsics = (
@@ -42,11 +43,21 @@ def flatten_camera(camera: Camera, low_pass: tuple[float, float] = (LOW_PASS, LO
         camera.height,
         nearest_depth,
     )
+    slope_limits = (
+        *_find_slope_limits(camera.cx, camera.fx, camera.width),
+        *_find_slope_limits(camera.cy, camera.fy, camera.height),
+    )
     with np.errstate(over="ignore"):  # non-finite Gaussians are not rendered
         return np.array(
-            [*camera.rotation, *camera.translation, *intrinsics, *center, *low_pass],
+            [*camera.rotation, *camera.translation, *intrinsics, *center, *low_pass, *slope_limits],
             dtype=np.float32,
         )
+
+
+def _find_slope_limits(center: float, focal: float, size: int) -> tuple[float, float]:
+    """Return the minimum and the maximum of x/z (or y/z) for the Jacobian."""
+    margin = _SLOPE_MARGIN_FRACTION * size
+    return -(center + margin) / focal, (size - center + margin) / focal
 
 
 def project(

@@ -13,7 +13,7 @@ from torch.autograd import Function
 from torch.autograd.function import once_differentiable
 
 from quarc_ref.format.cameras import Camera
-from quarc_ref.rendering import gradient_kernels, projection_kernels
+from quarc_ref.rendering import gradient_kernels, projection_gradient_kernels
 from quarc_ref.rendering.layers import Layer, join_layer, render_layer
 from quarc_ref.rendering.pipeline import (
     KERNEL_LOCK,
@@ -117,7 +117,7 @@ class _Project(Function):
         )
         outputs = [np.empty_like(array) for array in inputs]
         with KERNEL_LOCK:
-            projection_kernels.project_backward(
+            projection_gradient_kernels.project_backward(
                 flatten_camera(ctx.camera), *inputs, projection.max_exponents, projection.colors,
                 g_means2d, g_conics, g_colors, *outputs,
             )  # fmt: skip

@@ -95,6 +95,27 @@ def test_an_invisible_gaussian_has_no_gradient():
         assert not bool(gradient[is_hidden].any())
 
 
+def test_gaussians_outside_the_picture_are_visible_if_they_reach_into_it():
+    leaves = {name: leaf.detach() for name, leaf in make_leaves(12000, torch.float64, 1).items()}
+    leaves["means"][:, :2] *= 4
+    leaves["log_scales"][:, 0] = 0.5  # long needles
+
+    def render(rasterizer, dtype):
+        gaussians = activate({name: leaf.to(dtype) for name, leaf in leaves.items()})
+        background = torch.zeros(3, dtype=dtype)
+        return rasterizer.render(gaussians, make_camera(70, 70), background)
+
+    reference = render(TorchRasterizer(), torch.float64)
+    rendering = render(NumbaRasterizer(), torch.float32)
+
+    is_visible = reference.radii > 0
+    size = torch.tensor([70, 70])
+    is_outside = ((reference.means2d < 0) | (reference.means2d > size)).any(dim=1)
+    assert int((is_visible & is_outside).sum()) > 500
+    assert int((~is_visible).sum()) > 500
+    assert torch.equal(rendering.radii > 0, is_visible)
+
+
 @pytest.mark.parametrize("rasterizer", [NumbaRasterizer(), TorchRasterizer()])
 def test_gaussians_nearer_than_the_near_bound_are_not_rendered(rasterizer):
     leaves = make_leaves(1, torch.float32)
