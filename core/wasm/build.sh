@@ -5,7 +5,8 @@
 #
 # To reduce the size, the standard library is built, too. This needs the compiler version in
 # `toolchain` with the source of its library. Searched in this order: $RUSTC and $CARGO, the
-# compiler on the path, that of the distribution, that of rustup.
+# compiler on the path, that of the distribution, that of rustup. Each gives the same module, in
+# every folder.
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
 version=$(cat "$here/toolchain")
@@ -69,8 +70,10 @@ case $rustc in
 *) export RUSTC="$rustc" ;;
 esac
 export RUSTC_BOOTSTRAP=1 # for -Z
+export RUSTC_WRAPPER="$here/rustc.sh" # for the order of functions
 export CARGO_TARGET_WASM32_UNKNOWN_UNKNOWN_LINKER="$linker"
 flags="-Ctarget-feature=+simd128 -Zunstable-options -Cpanic=immediate-abort -Clink-arg=--strip-all"
+flags="$flags -Zlocation-detail=none" # no paths of sources, which nothing reports
 for limit in inline-threshold=5 inlinehint-threshold=84 unroll-runtime=false unroll-partial-threshold=0 unroll-threshold=40; do
     flags="$flags -Cllvm-args=-$limit"
 done

@@ -1,8 +1,10 @@
 """Tests that the player in the package matches its sources."""
 
+import base64
 import gzip
 import hashlib
 import json
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -38,6 +40,26 @@ def test_a_compressing_server_sends_at_most_155_kb():
     player = (_PACKAGED_PLAYER / "quarc-player.js").read_bytes()
 
     assert len(gzip.compress(player, 9)) <= _MAX_BYTES
+
+
+def test_the_decoder_contains_no_paths_of_the_machine_that_built_it():
+    player = (_PACKAGED_PLAYER / "quarc-player.js").read_bytes()
+    module = gzip.decompress(base64.b64decode(re.search(rb"H4sI[A-Za-z0-9+/]+=*", player)[0]))
+
+    assert hashlib.sha256(module).hexdigest() == _STAMP["wasm"]
+    assert b".rs" not in module
+
+
+@pytest.mark.parametrize(
+    ("part", "given"), [("std", ["-Zforce-unstable-if-unmarked"]), ("quarc", [])]
+)
+def test_the_order_of_functions_depends_on_no_number_of_cargo(part, given):
+    if shutil.which("sh") is None:
+        pytest.skip("core/wasm/rustc.sh needs a shell, which is not installed")
+    command = ["sh", "core/wasm/rustc.sh", "echo", *given, "-C", "metadata=0123456789abcdef", "a b"]
+    result = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+
+    assert result.stdout.split() == [*given, "-C", f"metadata={part}", "a", "b"]
 
 
 @pytest.mark.parametrize("kind", ["player", "core"])
