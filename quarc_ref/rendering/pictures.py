@@ -89,8 +89,6 @@ def _project(splats: Splats, camera: Camera, magnification: Magnification) -> Pr
     sh = splats.sh
     if sh.shape[1] > SH_COEFFICIENT_COUNT:
         sh = fold_harmonics(sh, splats.positions, camera_center(camera))
-    missing_count = SH_COEFFICIENT_COUNT - sh.shape[1]
-    sh = np.pad(sh, ((0, 0), (0, missing_count), (0, 0))) if missing_count else sh
     gaussians = SplatRows(splats.positions, splats.rotations, scales, opacities, sh)
     projection = project(camera, gaussians, magnification.max_low_pass)
     projection = magnification.filter(projection, splats.positions, camera)

@@ -20,7 +20,7 @@ class SplatRows:
         quaternions: `[N, 4]` quaternions wxyz, which the kernels normalize.
         scales: `[N, 3]` standard deviations, world units.
         opacities: `[N]` opacities from 0 to 0.99.
-        sh: `[N, 4, 3]` SH coefficients of red, green and blue.
+        sh: `[N, 1, 3]` or `[N, 4, 3]` SH coefficients of red, green and blue.
     """
 
     means: Float32

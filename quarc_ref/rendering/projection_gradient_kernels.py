@@ -163,12 +163,14 @@ def _project_axes_backward(camera, rotation, quaternions, scales, i, g_m, g_quat
 @inlined_kernel
 def _shade_backward(camera, means, sh, colors, g_colors, g_sh, i):
     """Store the gradient of SH; return the part of the mean's due to the direction."""
+    for k in range(3):
+        g_sh[i, 0, k] = SH_C0 * g_colors[i, k] if colors[i, k] > _0 else _0
+    if sh.shape[1] == 1:
+        return _0, _0, _0
     x, y, z, inverse_distance = compute_viewing_direction(camera, means, i)
     gx, gy, gz = _0, _0, _0
     for k in range(3):
-        g = g_colors[i, k] if colors[i, k] > _0 else _0
-        g_sh[i, 0, k] = SH_C0 * g
-        g = SH_C1 * g
+        g = SH_C1 * g_colors[i, k] if colors[i, k] > _0 else _0
         g_sh[i, 1, k], g_sh[i, 2, k], g_sh[i, 3, k] = -y * g, z * g, -x * g
         gx -= g * sh[i, 3, k]
         gy -= g * sh[i, 1, k]

@@ -191,8 +191,11 @@ def compute_viewing_direction(camera, means, i):
 
 @inlined_kernel
 def _shade(camera, means, sh, colors, i):
-    x, y, z, _ = compute_viewing_direction(camera, means, i)
     for k in range(3):
-        degree_1_sum = z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k]
-        color = SH_C0 * sh[i, 0, k] + SH_C1 * degree_1_sum + _HALF
-        colors[i, k] = _0 if color < _0 else color  # preserves NaN
+        colors[i, k] = SH_C0 * sh[i, 0, k] + _HALF
+    if sh.shape[1] > 1:
+        x, y, z, _ = compute_viewing_direction(camera, means, i)
+        for k in range(3):
+            colors[i, k] += SH_C1 * (z * sh[i, 2, k] - y * sh[i, 1, k] - x * sh[i, 3, k])
+    for k in range(3):
+        colors[i, k] = _0 if colors[i, k] < _0 else colors[i, k]  # preserves NaN

@@ -58,7 +58,7 @@ class GsplatRasterizer:
             camera.height,
             near_plane=NEAR_FRACTION * camera.near,
             eps2d=LOW_PASS,
-            sh_degree=1,
+            sh_degree=0 if gaussians.sh.shape[1] == 1 else 1,
             packed=False,
             backgrounds=background[None],
             rasterize_mode="classic",

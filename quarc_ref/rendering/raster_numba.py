@@ -24,11 +24,11 @@ from quarc_ref.rendering.pipeline import (
     project,
 )
 from quarc_ref.rendering.pipeline_data import (
-    Float32,
     Projection,
     SplatRows,
 )
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, Rendering
+from quarc_ref.rendering.tensor_arrays import to_array
 
 
 class NumbaRasterizer:
@@ -42,9 +42,9 @@ class NumbaRasterizer:
 
     def render_backdrop(self, gaussians: Gaussians, camera: Camera, background: Tensor) -> Backdrop:
         """See `Rasterizer.render_backdrop`."""
-        gaussian_rows = SplatRows(*(_to_array(tensor) for tensor in gaussians.tensors()))
+        gaussian_rows = SplatRows(*(to_array(tensor) for tensor in gaussians.tensors()))
         return _LayeredBackdrop(
-            camera, background, render_layer(camera, gaussian_rows, _to_array(background))
+            camera, background, render_layer(camera, gaussian_rows, to_array(background))
         )
 
 
@@ -89,7 +89,7 @@ class _Project(Function):
         camera: Camera,
         *inputs: Tensor,
     ) -> tuple[Tensor, ...]:
-        gaussian_rows = SplatRows(*(_to_array(tensor) for tensor in inputs))
+        gaussian_rows = SplatRows(*(to_array(tensor) for tensor in inputs))
         projection = project(camera, gaussian_rows)
         ctx.camera, ctx.gaussian_rows, ctx.projection = camera, gaussian_rows, projection
         outputs = (
@@ -108,7 +108,7 @@ class _Project(Function):
     @once_differentiable
     def backward(ctx: Any, *gradients: Tensor) -> tuple[Any, ...]:  # noqa: ANN401
         gaussian_rows, projection = ctx.gaussian_rows, ctx.projection
-        g_means2d, g_conics, g_colors = (_to_array(gradient) for gradient in gradients[:3])
+        g_means2d, g_conics, g_colors = (to_array(gradient) for gradient in gradients[:3])
         inputs = (
             gaussian_rows.means,
             gaussian_rows.quaternions,
@@ -137,8 +137,8 @@ class _Composite(Function):
         visibility: tuple[Tensor, Tensor],
         *inputs: Tensor,
     ) -> tuple[Tensor, Tensor]:
-        means2d, conics, colors, opacities = (_to_array(tensor) for tensor in inputs)
-        depths, max_exponents = (_to_array(tensor) for tensor in visibility)
+        means2d, conics, colors, opacities = (to_array(tensor) for tensor in inputs)
+        depths, max_exponents = (to_array(tensor) for tensor in visibility)
         projection = Projection(
             means2d, conics, colors, opacities, depths, max_exponents, max_exponents
         )
@@ -148,7 +148,7 @@ class _Composite(Function):
             projection, tiles = join_layer(layer, projection, tiles)
             np.copyto(picture.image, layer.picture.image)
             np.copyto(picture.transmittance, layer.picture.transmittance)
-        composite(projection, tiles, _to_array(background), picture)
+        composite(projection, tiles, to_array(background), picture)
         ctx.cache = (projection, tiles, fixed_count, picture)
         alpha = 1 - np.abs(picture.transmittance)
         return torch.from_numpy(picture.image), torch.from_numpy(alpha)
@@ -168,14 +168,9 @@ class _Composite(Function):
             pairs = gradient_kernels.raster_backward(
                 *inputs, tiles.tile_ids, tiles.list_starts, tiles.lists, tiles.pixel_rows,
                 fixed_count, picture.image, picture.transmittance,
-                _to_array(g_image), _to_array(g_alpha),
+                to_array(g_image), to_array(g_alpha),
             )  # fmt: skip
             gradient_kernels.sum_pair_gradients(
                 pairs, tiles.pair_starts, tiles.pair_positions, *outputs
             )
         return None, None, None, None, *(torch.from_numpy(array) for array in outputs)
-
-
-def _to_array(tensor: Tensor) -> Float32:
-    array: Float32 = tensor.detach().contiguous().numpy()
-    return array

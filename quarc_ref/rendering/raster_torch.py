@@ -104,7 +104,8 @@ def _shade(gaussians: Gaussians, rotation: Tensor, camera: Camera) -> Tensor:
     direction = torch.nn.functional.normalize(gaussians.means - center, dim=1)
     x, y, z = direction.unbind(dim=1)
     basis = torch.stack([torch.full_like(x, SH_C0), -SH_C1 * y, SH_C1 * z, -SH_C1 * x], dim=1)
-    return torch.clamp((basis[:, :, None] * gaussians.sh).sum(dim=1) + 0.5, min=0)
+    basis = basis[:, : gaussians.sh.shape[1], None]
+    return torch.clamp((basis * gaussians.sh).sum(dim=1) + 0.5, min=0)
 
 
 def _compute_radii(covariances: Tensor) -> Tensor:

@@ -25,7 +25,7 @@ class Gaussians:
         quaternions: `[N, 4]` quaternions wxyz, which the backend normalizes.
         scales: `[N, 3]` standard deviations, world units.
         opacities: `[N]` opacities from 0 to 0.99.
-        sh: `[N, 4, 3]` SH coefficients of red, green and blue.
+        sh: `[N, 1, 3]` or `[N, 4, 3]` SH coefficients of red, green and blue.
     """
 
     means: Tensor

@@ -32,14 +32,14 @@ def rasterization(
 ) -> tuple[Tensor, Tensor, dict[str, Any]]:
     """Render one camera; names and shapes of parameters and results are those of gsplat 1.5."""
     count = means.shape[0]
-    shapes = [(3,), (4,), (3,), (), (4, 3)]
+    shapes = [(3,), (4,), (3,), (), ((sh_degree + 1) ** 2, 3)]
     for tensor, shape in zip((means, quats, scales, opacities, colors), shapes, strict=True):
         assert tensor.shape == (count, *shape)
     for tensor in (means, quats, scales, opacities, colors, viewmats, Ks, backgrounds):
         assert tensor.device.type == "cuda"
         assert tensor.dtype == torch.float32
     assert (viewmats.shape, Ks.shape, backgrounds.shape) == ((1, 4, 4), (1, 3, 3), (1, 3))
-    assert (eps2d, sh_degree, packed, rasterize_mode) == (0.3, 1, False, "classic")
+    assert (eps2d, packed, rasterize_mode) == (0.3, False, "classic")
     matrix, intrinsics = viewmats[0].tolist(), Ks[0].tolist()
     camera = Camera(
         "simulated", width, height, intrinsics[0][0], intrinsics[1][1], intrinsics[0][2],

@@ -85,6 +85,24 @@ def test_numba_renders_and_differentiates_like_the_reference(count, width, heigh
         assert float(error) < 1e-5, name
 
 
+@pytest.mark.parametrize("rasterizer", [NumbaRasterizer(), TorchRasterizer()])
+def test_sh_of_degree_0_looks_like_degree_1_with_zeros(rasterizer):
+    camera = make_camera(70, 50)
+    leaves = make_leaves(200, torch.float32)
+    sh_dc = leaves["sh"].detach()[:, :1].requires_grad_()
+    padded_sh = torch.nn.functional.pad(sh_dc.detach(), (0, 0, 0, 3)).requires_grad_()
+
+    rendering, gradients = render_with_gradients(rasterizer, leaves | {"sh": sh_dc}, camera)
+    expected, expected_gradients = render_with_gradients(
+        rasterizer, leaves | {"sh": padded_sh}, camera
+    )
+
+    assert torch.equal(rendering.image, expected.image)
+    expected_gradients["sh"] = expected_gradients["sh"][:, :1]
+    for name, gradient in gradients.items():
+        assert torch.allclose(gradient, expected_gradients[name], rtol=1e-5, atol=1e-6), name
+
+
 def test_an_invisible_gaussian_has_no_gradient():
     leaves = make_leaves(50, torch.float32)
     rendering, gradients = render_with_gradients(NumbaRasterizer(), leaves, make_camera(30, 20))

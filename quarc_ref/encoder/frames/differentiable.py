@@ -15,14 +15,14 @@ from torch.autograd.function import once_differentiable
 from quarc_ref.encoder.frames import surrogate_kernels
 from quarc_ref.encoder.training.straight_through import is_rounding, round_to_step
 from quarc_ref.rendering.pipeline import KERNEL_LOCK
-from quarc_ref.rendering.pipeline_data import Float32
+from quarc_ref.rendering.tensor_arrays import has_kernels, to_array
 
 _SQUARED_NORM_FLOOR = 1e-12
 
 
 def multiply_quaternions(left: Tensor, right: Tensor) -> Tensor:
     """Return the `[N, 4]` Hamilton products of quaternions wxyz."""
-    if _has_kernels(left):
+    if has_kernels(left):
         product: Tensor = _QuaternionProduct.apply(left, right)
         return product
     aw, ax, ay, az = left.unbind(dim=1)
@@ -46,7 +46,7 @@ def round_masked(values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:
         limits: `[k]` maximum magnitudes. Larger values are clamped and have no gradient.
         mask: `[N, k]` mask of the values to round. Others become 0 and have no gradient.
     """
-    if _has_kernels(values) and is_rounding():
+    if has_kernels(values) and is_rounding():
         rounded: Tensor = _RoundMasked.apply(values, limits, mask)
         return rounded
     return round_to_step(torch.clamp(values, -limits, limits), 1.0) * mask
@@ -54,7 +54,7 @@ def round_masked(values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:
 
 def mean_log_norm(values: Tensor) -> Tensor:
     """Return the mean of ln(1 + norm) over the rows of `[N, k]`."""
-    if _has_kernels(values):
+    if has_kernels(values):
         mean: Tensor = _MeanLogNorm.apply(values)
         return mean
     return torch.log1p(values.square().sum(dim=1).add(_SQUARED_NORM_FLOOR).sqrt()).mean()
@@ -78,7 +78,7 @@ def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Te
 class _QuaternionProduct(Function):
     @staticmethod
     def forward(ctx: Any, left: Tensor, right: Tensor) -> Tensor:  # noqa: ANN401
-        ctx.cache = (_to_array(left), _to_array(right))
+        ctx.cache = (to_array(left), to_array(right))
         products = np.empty_like(ctx.cache[0])
         with KERNEL_LOCK:
             surrogate_kernels.multiply_quaternions(*ctx.cache, products)
@@ -90,7 +90,7 @@ class _QuaternionProduct(Function):
         left_gradients, right_gradients = (np.empty_like(array) for array in ctx.cache)
         with KERNEL_LOCK:
             surrogate_kernels.multiply_quaternions_backward(
-                *ctx.cache, _to_array(gradient), left_gradients, right_gradients
+                *ctx.cache, to_array(gradient), left_gradients, right_gradients
             )
         return torch.from_numpy(left_gradients), torch.from_numpy(right_gradients)
 
@@ -98,7 +98,7 @@ class _QuaternionProduct(Function):
 class _RoundMasked(Function):
     @staticmethod
     def forward(ctx: Any, values: Tensor, limits: Tensor, mask: Tensor) -> Tensor:  # noqa: ANN401
-        ctx.cache = (_to_array(values), _to_array(limits), mask.numpy())
+        ctx.cache = (to_array(values), to_array(limits), mask.numpy())
         rounded = np.empty_like(ctx.cache[0])
         with KERNEL_LOCK:
             surrogate_kernels.round_masked(*ctx.cache, rounded)
@@ -109,16 +109,14 @@ class _RoundMasked(Function):
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None, None]:  # noqa: ANN401
         value_gradients = np.empty_like(ctx.cache[0])
         with KERNEL_LOCK:
-            surrogate_kernels.round_masked_backward(
-                *ctx.cache, _to_array(gradient), value_gradients
-            )
+            surrogate_kernels.round_masked_backward(*ctx.cache, to_array(gradient), value_gradients)
         return torch.from_numpy(value_gradients), None, None
 
 
 class _MeanLogNorm(Function):
     @staticmethod
     def forward(ctx: Any, values: Tensor) -> Tensor:  # noqa: ANN401
-        rows = _to_array(values)
+        rows = to_array(values)
         logs, derivatives = (np.empty(rows.shape[0], dtype=np.float32) for _ in range(2))
         with KERNEL_LOCK:
             surrogate_kernels.log_norms(rows, np.float32(_SQUARED_NORM_FLOOR), logs, derivatives)
@@ -143,10 +141,10 @@ class _SumLevels(Function):
         starts: Tensor,
     ) -> Tensor:
         ctx.cache = (followers, starts)
-        if _has_kernels(residuals):
+        if has_kernels(residuals):
             sums = np.empty((anchors.shape[1], residuals.shape[1]), dtype=np.float32)
             with KERNEL_LOCK:
-                surrogate_kernels.sum_levels(_to_array(residuals), anchors.numpy(), sums)
+                surrogate_kernels.sum_levels(to_array(residuals), anchors.numpy(), sums)
             return torch.from_numpy(sums)
         total = residuals.index_select(0, anchors[0])
         for level in anchors[1:]:
@@ -157,22 +155,13 @@ class _SumLevels(Function):
     @once_differentiable
     def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None, None, None]:  # noqa: ANN401
         followers, starts = ctx.cache
-        if _has_kernels(gradient):
+        if has_kernels(gradient):
             anchor_gradients = np.empty((starts.numel() - 1, gradient.shape[1]), dtype=np.float32)
             with KERNEL_LOCK:
                 surrogate_kernels.sum_followers(
-                    _to_array(gradient), followers.numpy(), starts.numpy(), anchor_gradients
+                    to_array(gradient), followers.numpy(), starts.numpy(), anchor_gradients
                 )
             return torch.from_numpy(anchor_gradients), None, None, None
         follower_gradients = gradient.index_select(0, followers)
         sums = torch.segment_reduce(follower_gradients, "sum", offsets=starts, axis=0, unsafe=True)
         return sums, None, None, None
-
-
-def _has_kernels(tensor: Tensor) -> bool:
-    return tensor.device.type == "cpu" and tensor.dtype == torch.float32
-
-
-def _to_array(tensor: Tensor) -> Float32:
-    array: Float32 = tensor.detach().contiguous().numpy()
-    return array

@@ -6,13 +6,17 @@ transparent Gaussians are pruned.
 
 import math
 
+import numpy as np
 import torch
 from torch import Tensor
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.training import density_kernels
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.format.cameras import Camera
+from quarc_ref.rendering.pipeline import KERNEL_LOCK
 from quarc_ref.rendering.rasterizer import Rendering, convert_gradient_to_ndc
+from quarc_ref.rendering.tensor_arrays import has_kernels, to_array
 
 _SPLIT_COUNT = 2
 _SPLIT_SCALE_DIVISOR = 0.8 * _SPLIT_COUNT
@@ -39,6 +43,14 @@ class ScreenStatistics:
             rendering: Rendering of the view.
             camera: Camera of the view.
         """
+        if has_kernels(gradient):
+            half_size = (np.float32(camera.width / 2), np.float32(camera.height / 2))
+            outputs = (to_array(values) for values in self.state().values())
+            with KERNEL_LOCK:
+                density_kernels.add_screen_statistics(
+                    to_array(gradient), to_array(rendering.radii), half_size, *outputs
+                )
+            return
         is_visible = rendering.radii > 0
         self._gradient_sums += torch.where(
             is_visible, convert_gradient_to_ndc(gradient, camera).norm(dim=1), 0
@@ -130,14 +142,23 @@ def split(attributes: Attributes, generator: torch.Generator) -> Attributes:
 def sample_offsets(
     attributes: Attributes, scale_factor: float, generator: torch.Generator
 ) -> Tensor:
-    """Sample an offset from each Gaussian, scaled by `scale_factor`; returns `[N, 3]`."""
+    """Sample an offset from each Gaussian, scaled by `scale_factor`; returns detached `[N, 3]`."""
     noise = torch.randn(attributes.means.shape, generator=generator).to(attributes.means.device)
-    local_offsets = noise * torch.exp(attributes.log_scales) * scale_factor
-    unit_quaternions = torch.nn.functional.normalize(attributes.rotations, dim=1)
+    return _rotate_vectors(attributes.rotations, noise * attributes.log_scales.exp() * scale_factor)
+
+
+def _rotate_vectors(rotations: Tensor, vectors: Tensor) -> Tensor:
+    """Rotate vectors `[N, 3]` by quaternions wxyz `[N, 4]`, which are normalized first."""
+    if has_kernels(vectors):
+        rotated = np.empty(vectors.shape, dtype=np.float32)
+        with KERNEL_LOCK:
+            density_kernels.rotate_vectors(to_array(rotations), to_array(vectors), rotated)
+        return torch.from_numpy(rotated)
+    unit_quaternions = torch.nn.functional.normalize(rotations, dim=1)
     w, xyz = unit_quaternions[:, :1], unit_quaternions[:, 1:]
-    double_cross = 2 * torch.linalg.cross(xyz, local_offsets)
-    offsets: Tensor = local_offsets + w * double_cross + torch.linalg.cross(xyz, double_cross)
-    return offsets
+    double_cross = 2 * torch.linalg.cross(xyz, vectors)
+    result: Tensor = vectors + w * double_cross + torch.linalg.cross(xyz, double_cross)
+    return result
 
 
 def _mask_largest(values: Tensor, count: int) -> Tensor:

@@ -25,6 +25,8 @@ Schedule of preset `main`; the scenes of the ensemble before the last one end at
     3600 to 3999    SH degree 1, and fine-tuning; choice of codes at 3800
 """
 
+from dataclasses import replace
+
 import torch
 from torch import Tensor
 
@@ -230,8 +232,8 @@ class SceneTraining:
     def _attributes_to_render(self) -> Attributes:
         """Return the attributes that the current iteration renders.
 
-        Noise is added to positions, SH degree 1 is 0 before `sh_from_iter`, and all attributes
-        are quantized during fine-tuning.
+        Noise is added to positions, SH degree 1 is left out before `sh_from_iter`, and all
+        attributes are quantized during fine-tuning.
         """
         attributes, generator, step = self._trainer.attributes, self._generator, self.step
         settings, header = self._objective.settings, self._objective.header
@@ -239,21 +241,17 @@ class SceneTraining:
         noise = torch.zeros_like(attributes.means)
         if settings.position_noise:
             normals = torch.randn(noise.shape, generator=generator).to(noise.device)
-            noise = noise + settings.position_noise * normals
+            noise += settings.position_noise * normals
         if step < fine_tuning_start and settings.axis_noise:
             noise_factor = settings.axis_noise * (1 - step / fine_tuning_start)
             with torch.no_grad():
-                noise = noise + sample_offsets(attributes, noise_factor, generator)
+                noise += sample_offsets(attributes, noise_factor, generator)
         if step >= fine_tuning_start:
             attributes = attributes.quantized(header)
-        return Attributes(
-            attributes.means + noise,
-            attributes.rotations,
-            attributes.log_scales,
-            attributes.opacities,
-            attributes.sh_dc,
-            attributes.sh_rest if self._has_sh_rest else torch.zeros_like(attributes.sh_rest),
-        )
+        sh_rest = attributes.sh_rest
+        if not self._has_sh_rest:
+            sh_rest = sh_rest.detach()[:, :0]
+        return replace(attributes, means=attributes.means + noise, sh_rest=sh_rest)
 
 
 def require_gaussians(count: int) -> None:

@@ -36,7 +36,7 @@ class Attributes:
         log_scales: `[N, 3]` natural logarithms of scales in world units.
         opacities: `[N]` opacity logits.
         sh_dc: `[N, 1, 3]` SH coefficients of degree 0.
-        sh_rest: `[N, 3, 3]` SH coefficients of degree 1.
+        sh_rest: `[N, 3, 3]` SH coefficients of degree 1; `[N, 0, 3]` if they are not rendered.
     """
 
     means: Tensor

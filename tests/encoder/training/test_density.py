@@ -1,8 +1,10 @@
 import math
+from dataclasses import replace
 
 import torch
 
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.training import density
 from quarc_ref.encoder.training.density import ScreenStatistics, densify, sample_offsets, split
 from quarc_ref.encoder.training.trainable import Attributes, Trainer
 from quarc_ref.rendering.rasterizer import Rendering
@@ -133,3 +135,42 @@ def test_parts_of_a_split_gaussian_are_sampled_from_it():
     # The rotation is 90 degrees around z, so the largest deviation is along y.
     assert torch.allclose(offsets.std(dim=0), torch.tensor([0.2, 2.0, 0.02]), rtol=0.05)
     assert parts.means.shape == (8000, 3)
+
+
+def _with_and_without_kernels(monkeypatch, compute):
+    """Return the results of a function with kernels, and with torch operations."""
+    results = []
+    for has_kernels in (True, False):
+        monkeypatch.setattr(density, "has_kernels", lambda _, answer=has_kernels: answer)
+        results.append(compute())
+    return results
+
+
+def test_kernels_sample_the_same_offsets_as_torch(monkeypatch):
+    def sample():
+        generator = torch.Generator().manual_seed(0)
+        attributes = _make_attributes([0.5] * 300)
+        log_scales = torch.randn(300, 3, generator=generator)
+        rotations = torch.randn(300, 4, generator=generator)  # not normalized
+        attributes = replace(attributes, rotations=rotations, log_scales=log_scales)
+        return sample_offsets(attributes, 2.0, generator)
+
+    with_kernels, without_kernels = _with_and_without_kernels(monkeypatch, sample)
+    assert torch.allclose(with_kernels, without_kernels, rtol=1e-4, atol=1e-5)
+
+
+def test_kernels_accumulate_the_same_statistics_as_torch(monkeypatch):
+    def accumulate():
+        generator = torch.Generator().manual_seed(0)
+        statistics = ScreenStatistics(300, torch.device("cpu"))
+        camera, blank = make_camera(40, 20), torch.zeros(1, 1, 3)
+        for _ in range(3):
+            gradient = torch.randn(300, 2, generator=generator)
+            radii = torch.randn(300, generator=generator).clamp(min=0)
+            statistics.add(gradient, Rendering(blank, blank[..., 0], gradient, radii), camera)
+        return statistics.state()
+
+    with_kernels, without_kernels = _with_and_without_kernels(monkeypatch, accumulate)
+    assert 0 < int((without_kernels["views"] == 0).sum()) < 100
+    for name, values in without_kernels.items():
+        assert torch.allclose(with_kernels[name], values, rtol=1e-6), name
