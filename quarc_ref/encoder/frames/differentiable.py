@@ -60,6 +60,14 @@ def mean_log_norm(values: Tensor) -> Tensor:
     return torch.log1p(values.square().sum(dim=1).add(_SQUARED_NORM_FLOOR).sqrt()).mean()
 
 
+def sum_log_magnitudes(values: Tensor, mask: Tensor) -> Tensor:
+    """Return the sum of ln(1 + magnitude) over the values `[N, k]` selected by a mask `[N, k]`."""
+    if has_kernels(values):
+        total: Tensor = _SumLogMagnitudes.apply(values, mask)
+        return total
+    return (values * mask).abs().log1p().sum()
+
+
 def sum_levels(residuals: Tensor, anchors: Tensor, followers: Tensor, starts: Tensor) -> Tensor:
     """Return the `[N, c]` sums of the residuals of each Gaussian's anchors, one per level.
 
@@ -129,6 +137,23 @@ class _MeanLogNorm(Function):
         values, derivatives = ctx.saved_tensors
         value_gradients: Tensor = values * (derivatives * (gradient / derivatives.numel()))[:, None]
         return value_gradients
+
+
+class _SumLogMagnitudes(Function):
+    @staticmethod
+    def forward(ctx: Any, values: Tensor, mask: Tensor) -> Tensor:  # noqa: ANN401
+        rows = to_array(values)
+        logs, derivatives = np.empty(rows.shape[0], dtype=np.float32), np.empty_like(rows)
+        with KERNEL_LOCK:
+            surrogate_kernels.log_magnitudes(rows, mask.numpy(), logs, derivatives)
+        ctx.save_for_backward(torch.from_numpy(derivatives))
+        return torch.from_numpy(logs).sum()
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, gradient: Tensor) -> tuple[Tensor, None]:  # noqa: ANN401
+        (derivatives,) = ctx.saved_tensors
+        return derivatives * gradient, None
 
 
 class _SumLevels(Function):

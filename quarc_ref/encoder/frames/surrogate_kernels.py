@@ -13,6 +13,7 @@ import numpy as np
 from quarc_ref.rendering.compiled import kernel, parallel_kernel
 
 _ONE = np.float32(1)
+_LARGE = np.float32(1e18)  # the next product does not overflow, either
 
 
 @parallel_kernel
@@ -106,3 +107,28 @@ def log_norms(values, squared_norm_floor, logs, derivatives):
         norm = math.sqrt(squared_norm)
         logs[i] = math.log1p(norm)
         derivatives[i] = _ONE / (norm * (_ONE + norm))
+
+
+@parallel_kernel
+def log_magnitudes(values, mask, logs, derivatives):
+    """Compute the sum of ln(1 + magnitude) over the selected values of each row.
+
+    A row needs one logarithm, that of the product.
+
+    Args:
+        values: `[N, k]` rows.
+        mask: `[N, k]` mask of the selected values.
+        logs: `[N]` output: the sums.
+        derivatives: `[N, k]` output: the derivatives of the sums.
+    """
+    for i in numba.prange(values.shape[0]):
+        logs[i] = 0
+        product = _ONE
+        for k in range(values.shape[1]):
+            factor = _ONE + abs(values[i, k]) if mask[i, k] else _ONE
+            derivatives[i, k] = np.sign(values[i, k]) / factor if mask[i, k] else 0
+            product *= factor
+            if product > _LARGE:
+                logs[i] += math.log(product)
+                product = _ONE
+        logs[i] += math.log(product)

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from quarc_ref.encoder.frames.differentiable import round_masked
+from quarc_ref.encoder.frames.differentiable import round_masked, sum_log_magnitudes
 from quarc_ref.encoder.frames.rate_control import RateDistortion
 from quarc_ref.encoder.frames.residual_choice import choose_residuals
 from quarc_ref.encoder.frames.surrogate import rotate
@@ -73,7 +73,6 @@ class TrainedUpdates:
         self._limits[ROTATION] = ROTATION_UNITY_LIMIT
         self.leaf = torch.zeros((gaussian_count, RESIDUAL_ROWS), device=device, requires_grad=True)
         self._is_trained = torch.ones_like(self.leaf, dtype=torch.bool)
-        self._trained_rows = torch.arange(gaussian_count, device=device)
         self._gradient_at_zero: Tensor | None = None
 
     def learning_rate(self, decay: float) -> float:
@@ -91,8 +90,7 @@ class TrainedUpdates:
         Residuals that reduce the loss too little become 0, even beside large residuals of the same
         Gaussian. In a norm of all its residuals, they would cost almost nothing.
         """
-        rows = self._trained_rows
-        rate = (self.leaf[rows] * self._is_trained[rows]).abs().log1p().sum() / len(self.leaf)
+        rate = sum_log_magnitudes(self.leaf, self._is_trained) / len(self.leaf)
         return self._rd.scale_relative(self._settings.rd_lambda) * rate
 
     def choose_residuals(
@@ -132,7 +130,6 @@ class TrainedUpdates:
             chosen[rows] = to_rows(columns.astype(np.float64), residuals[rows])
             self.leaf.copy_(torch.where(chosen == residuals, self.leaf, chosen))
             self._is_trained = chosen != 0
-            (self._trained_rows,) = torch.nonzero(self._is_trained.any(dim=1), as_tuple=True)
 
     def quantized_updates(self, attributes: Attributes) -> Updates:
         """Return the quantized updates of a frame.

@@ -9,6 +9,7 @@ from quarc_ref.encoder.frames.differentiable import (
     multiply_quaternions,
     round_masked,
     sum_levels,
+    sum_log_magnitudes,
 )
 from quarc_ref.encoder.training.straight_through import without_rounding
 
@@ -51,6 +52,14 @@ def test_rounding_within_limits(monkeypatch):
     )  # two values at the limits, and a value halfway between integers
 
     _assert_equal_to_torch(lambda leaf: round_masked(leaf, limits, mask), [values], monkeypatch)
+
+
+def test_sum_of_log_magnitudes(monkeypatch):
+    values = 3 * _random(40, 13)
+    values[3], values[4] = 1e5, 0.0  # a product of 13 numbers that is no float32; no derivative
+    mask = torch.arange(40 * 13).reshape(40, 13) % 3 > 0
+
+    _assert_equal_to_torch(lambda leaf: sum_log_magnitudes(leaf, mask), [values], monkeypatch)
 
 
 def test_without_rounding_values_are_only_clamped():
