@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from quarc_ref.calibration.copies import require_distinct_recordings
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.features import Features, Mask
 from quarc_ref.calibration.first_frame import read_first_frame
@@ -121,11 +122,12 @@ def calibrate(recordings: Recordings, options: CalibrateOptions) -> Calibration:
         options: Options of the calibration.
 
     Raises:
-        CalibrationError: No poses can be found.
+        CalibrationError: No poses can be found, or two recordings begin with the same picture.
         CaptureError: A recording cannot be read.
     """
     for name in options.masks:
         recordings.index(name)
+    require_distinct_recordings(recordings)
     offsets, motions = find_offsets(
         recordings, options.sync, lambda *progress: options.report_progress("sync", *progress)
     )

@@ -1,4 +1,5 @@
 import json
+import shutil
 from dataclasses import replace
 from fractions import Fraction
 
@@ -126,6 +127,15 @@ def test_recordings_without_content_are_rejected_with_advice(tmp_path):
         CalibrationError,
         match=r"fewer than three cameras could be calibrated.*a: its pictures have only",
     ):
+        calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE))
+
+
+def test_a_copy_of_another_recording_is_rejected_by_name(tmp_path, traced_rig):
+    for path in sorted(traced_rig.folder.iterdir())[:3]:
+        (tmp_path / path.name).write_bytes(path.read_bytes())
+    shutil.copy(tmp_path / "cam01.mp4", tmp_path / "cam08.mp4")
+
+    with pytest.raises(CalibrationError, match="cam01 and cam08 show the same picture"):
         calibrate(find_recordings(tmp_path), CalibrateOptions(sync=SyncMethod.NONE))
 
 

@@ -14,6 +14,11 @@ from scipy.ndimage import uniform_filter1d
 from quarc_ref.datasets.camera_geometry import PointProjection
 from quarc_ref.datasets.capture import Image
 from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.encoder.checks.equal_pictures import (
+    Thumbnail,
+    find_equal_pictures,
+    make_thumbnail,
+)
 from quarc_ref.encoder.checks.visibility import find_visible_points
 from quarc_ref.format.cameras import Camera
 
@@ -24,9 +29,7 @@ _MIN_POINTS = 50
 _MAX_EXPOSURE_STOPS = 0.8  # the encoder estimates and corrects smaller gains
 _MAX_TINT_STOPS = 0.45
 _MAX_BLUR_EXCESS = 0.1  # above the median blur of all cameras
-_MAX_DUPLICATE_DIFFERENCE = 0.5
 _BLUR_WINDOW_PIXELS = 1024  # size of the central square in which blur is measured
-_THUMBNAIL_COLUMNS = 32
 
 Numbers = NDArray[np.float64]
 
@@ -44,7 +47,7 @@ class _PictureMeasurements:
 
     log_light: Numbers
     blur: float
-    thumbnail: Numbers
+    thumbnail: Thumbnail
 
 
 def find_odd_pictures(
@@ -66,7 +69,7 @@ def find_odd_pictures(
     yield from _find_odd_exposures(names, stops)
     yield from _find_odd_tints(names, stops)
     yield from _find_blurred(names, np.array([measurement.blur for measurement in measurements]))
-    yield from _find_equal_pictures(names, [measurement.thumbnail for measurement in measurements])
+    yield from find_equal_pictures(names, [measurement.thumbnail for measurement in measurements])
 
 
 def _measure_picture(
@@ -82,7 +85,7 @@ def _measure_picture(
     is_usable = ((levels > _BLACK) & (levels < _WHITE)).all(axis=1)
     log_light[visible_indices[is_usable]] = _GAMMA * np.log2(levels[is_usable] / 255)
     gray = picture.astype(np.float32).mean(axis=2)
-    return _PictureMeasurements(log_light, _measure_blur(gray), _make_thumbnail(gray))
+    return _PictureMeasurements(log_light, _measure_blur(gray), make_thumbnail(gray))
 
 
 def _compare_light(log_light: Numbers) -> Numbers:
@@ -157,22 +160,6 @@ def _find_blurred(names: Sequence[str], blurs: Numbers) -> Iterator[Finding]:
         yield Finding("blurred", message, blurred_cameras)
 
 
-def _find_equal_pictures(names: Sequence[str], pictures: Sequence[Numbers]) -> Iterator[Finding]:
-    for first in range(len(names)):
-        for second in range(first + 1, len(names)):
-            pair = pictures[first], pictures[second]
-            if (
-                pair[0].shape == pair[1].shape
-                and np.abs(pair[0] - pair[1]).max() < _MAX_DUPLICATE_DIFFERENCE
-            ):
-                camera_names = names[first], names[second]
-                message = (
-                    f"{camera_names[0]} and {camera_names[1]} show the same picture, so one file "
-                    "is a copy of the other: use the right file for each camera"
-                )
-                yield Finding("same-pictures", message, camera_names)
-
-
 def _measure_blur(gray: NDArray[np.float32]) -> float:
     """Measure the blur of a picture, from 0 to 1.
 
@@ -197,13 +184,3 @@ def _measure_blur(gray: NDArray[np.float32]) -> float:
             else 1.0
         )
     return max(remaining_fractions)
-
-
-def _make_thumbnail(gray: NDArray[np.float32]) -> Numbers:
-    """Downscale a gray picture to about `_THUMBNAIL_COLUMNS` columns by averaging blocks."""
-    square_size = max(1, min(gray.shape[1] // _THUMBNAIL_COLUMNS, gray.shape[0]))
-    rows, columns = gray.shape[0] // square_size, gray.shape[1] // square_size
-    squares = gray[: rows * square_size, : columns * square_size].reshape(
-        rows, square_size, columns, square_size
-    )
-    return np.asarray(squares.mean(axis=(1, 3)), dtype=np.float64)
