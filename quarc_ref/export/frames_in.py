@@ -117,7 +117,10 @@ def _list_frames(folder: Path) -> list[Path]:
         NoFramesError: The folder has no frames, or frames in several formats.
     """
     # Systems and programs write hidden files next to others, such as ._frame_0000.ply on macOS.
-    visible_paths = [path for path in folder.iterdir() if not path.name.startswith(".")]
+    # Reading a named pipe would wait for a writer forever.
+    visible_paths = [
+        path for path in folder.iterdir() if not path.name.startswith(".") and not path.is_fifo()
+    ]
     paths = [path for path in visible_paths if path.suffix.lower() in _PARSERS]
     suffixes = sorted({path.suffix.lower() for path in paths})
     fourdgs_files = sorted(path for path in visible_paths if path.suffix.lower() == _FOURDGS_SUFFIX)

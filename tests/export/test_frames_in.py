@@ -1,6 +1,7 @@
 """Tests that imported frames equal the exported frames."""
 
 import gzip
+import os
 import struct
 from dataclasses import replace
 
@@ -79,6 +80,15 @@ def test_hidden_files_are_no_frames(clip_and_frames, tmp_path):
     assert len(list(open_frames(tmp_path / "in").read())) == 4
     with pytest.raises(NoFramesError, match=r"no \.ply or \.spz"):
         open_frames(tmp_path / "empty")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no named pipes")
+def test_a_named_pipe_is_no_frame(clip_and_frames, tmp_path):
+    clip, frames = clip_and_frames
+    write_folder(tmp_path / "in", clip, frames, "ply")
+    os.mkfifo(tmp_path / "in" / "f4.ply")
+
+    assert len(list(open_frames(tmp_path / "in").read())) == 4
 
 
 def test_a_sidecar_gives_rate_axes_and_cameras(clip_and_frames, tmp_path):

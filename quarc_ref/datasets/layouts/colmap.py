@@ -61,7 +61,9 @@ def read_colmap(folder: Path) -> Footage:
         source,
         points,
         description_files=tuple(
-            path for path in model_folder.iterdir() if path.suffix in (".bin", ".txt")
+            path
+            for path in model_folder.iterdir()
+            if path.suffix in (".bin", ".txt") and not path.is_fifo()
         ),
         findings=(
             *find_cameras_without_poses(folder, names, model_folder),

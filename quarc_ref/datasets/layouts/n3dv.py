@@ -124,7 +124,8 @@ def _compare_orders(names: Sequence[str]) -> tuple[Finding, ...]:
 def _find_points(folder: Path) -> Path | None:
     if (folder / _POINTS_NAME).is_file():
         return folder / _POINTS_NAME
-    return next(iter(sorted(folder.glob("points3D*.ply"))), None)
+    paths = (path for path in sorted(folder.glob("points3D*.ply")) if not path.is_fifo())
+    return next(paths, None)
 
 
 def _read_rows(path: Path) -> Float64Array:

@@ -38,7 +38,11 @@ def list_plys(folder: Path) -> list[Path]:
     Raises:
         OSError: The folder cannot be read.
     """
-    return [path for path in folder.iterdir() if path.suffix.lower() == PLY_SUFFIX]
+    return [
+        path
+        for path in folder.iterdir()
+        if path.suffix.lower() == PLY_SUFFIX and not path.is_fifo()
+    ]
 
 
 def open_fourdgs(path: Path, label: Label, frames_per_second: float) -> SplatEntry:

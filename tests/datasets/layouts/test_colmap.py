@@ -1,3 +1,4 @@
+import os
 import shutil
 
 import numpy as np
@@ -57,6 +58,13 @@ def test_frames_and_points_equal_those_of_the_files(source_folder, pictures, poi
     assert np.array_equal(footage.source.read(2, 4), pictures[2][4])
     assert np.array_equal(footage.points.positions, points.positions)
     assert np.array_equal(footage.points.colors, points.colors)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no named pipes")
+def test_a_named_pipe_does_not_describe_the_model(folder):
+    os.mkfifo(folder / "sparse" / "0" / "log.txt")
+
+    assert folder / "sparse" / "0" / "log.txt" not in read(folder).files.description_files
 
 
 def test_a_near_bound_follows_from_the_points_that_the_camera_sees(source_folder, shots, points):

@@ -1,3 +1,4 @@
+import os
 import pickle
 import shutil
 
@@ -281,6 +282,14 @@ def test_missing_initial_points_are_replaced_by_other_ones(folder, points):
 
     write_points_ply(folder / "points3D_downsample2.ply", points)
     assert np.array_equal(read_n3dv(folder).points.colors, points.colors)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no named pipes")
+def test_a_named_pipe_has_no_initial_points(folder):
+    (folder / "points3D_init.ply").unlink()
+    os.mkfifo(folder / "points3D_init.ply")
+
+    assert read_n3dv(folder).points is None
 
 
 def test_malformed_points_are_named(folder):

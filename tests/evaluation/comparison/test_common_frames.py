@@ -1,10 +1,12 @@
 """Tests of the frames on which entries are compared."""
 
+import os
 import shutil
 
 import pytest
 
 from quarc_ref.evaluation.comparison.entries import EntryError
+from quarc_ref.evaluation.comparison.gaussian_files import list_plys
 from quarc_ref.evaluation.same_capture import MismatchError
 from tests.evaluation.capture_streams import write_stream
 
@@ -37,6 +39,14 @@ def test_only_the_compared_frames_must_be_in_the_capture(method_outputs, compare
     assert compare(path, path, capture=capture, span=(2, 4)).frames == (2, 3)
     with pytest.raises(MismatchError, match="frame 5 of the stream is not in the capture"):
         compare(path, path, capture=capture)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="no named pipes")
+def test_a_named_pipe_is_no_frame(tmp_path):
+    (tmp_path / "0.ply").write_bytes(b"")
+    os.mkfifo(tmp_path / "1.ply")
+
+    assert list_plys(tmp_path) == [tmp_path / "0.ply"]
 
 
 def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
