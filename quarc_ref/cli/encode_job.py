@@ -13,6 +13,7 @@ from quarc_ref.cli.stream_targets import (
     checked_stream_path,
     open_segments_folder,
     open_stream_file,
+    remove_partial_stream,
 )
 from quarc_ref.cli.targets import open_output_file, open_output_stream
 
@@ -158,6 +159,8 @@ def encode_to_joined_file(
         if write_mode.resume:
             segments.require_same_split(segment_list, folder.path)
         options.check(capture)
+        if write_mode.force and not write_mode.resume:
+            remove_partial_stream(target)
         for segment in segment_list:
             folder.register(segment.file.name)
             folder.register(checkpoint_path(segment.file).name)

@@ -125,6 +125,15 @@ def open_segments_folder(target: Path, *, force: bool, resume: bool) -> Iterator
         folder.remove_files()
 
 
+def remove_partial_stream(target: Path) -> None:
+    """Remove what an interrupted encode to `target`, without segments and `--live`, left.
+
+    Raises:
+        ResumeError: Another process is writing the partial stream.
+    """
+    _remove_partial_stream(_get_part_path(target))
+
+
 @contextmanager
 def _report_kept_files(path: Path) -> Iterator[None]:
     """Add what is kept to the message of an interruption or error, such as a full disk.

@@ -82,6 +82,25 @@ def test_completed_segments_are_kept_and_partial_ones_resumed(
     assert list_names(tmp_path) == ["a.quarc"]
 
 
+def test_a_forced_start_replaces_what_an_encode_without_segments_left(
+    capture, parts, tmp_path, monkeypatch
+):
+    def keep_a_segment_and_interrupt(segment_list, *_arguments):
+        segment_list[0].file.write_bytes(parts[0])
+        raise KeyboardInterrupt
+
+    file = tmp_path / "a.quarc"
+    for name in ("a.quarc.part", "a.quarc.part.training"):
+        (tmp_path / name).write_bytes(parts[0][:-20])
+    monkeypatch.setattr(segments, "encode_segments", keep_a_segment_and_interrupt)
+    run(*_make_command(capture, file, "--segments", 2, "--force"))
+    remaining_names = list_names(tmp_path)
+    resumed_run = run(*_make_command(capture, file, "--segments", 2, "--resume"))
+
+    assert not [name for name in remaining_names if ".part" in name]
+    assert "a.quarc.segments contains the finished frames" in resumed_run.stderr
+
+
 def test_segments_of_another_encode_are_rejected_before_the_others_are_encoded(
     capture, parts, tmp_path, monkeypatch
 ):
