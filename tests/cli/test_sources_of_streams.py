@@ -6,6 +6,7 @@ import pytest
 
 from quarc_ref.format.errors import SourceError
 from quarc_ref.streams import FileSource, http_source
+from quarc_ref.viewing.server import Server
 from tests.cli.commands import run, run_json
 from tests.small_streams import CountedSource, make_stream
 from tests.streams.hostile_servers import serve
@@ -69,7 +70,7 @@ def test_a_stream_on_a_server_is_named_after_its_file(tmp_path, monkeypatch):
     assert (tmp_path / "b.quarc").read_bytes() == data
 
 
-@pytest.mark.parametrize("verb", ["decode", "verify"])
+@pytest.mark.parametrize("verb", ["decode", "verify", "view"])
 def test_follow_outlasts_a_restart_of_the_server(verb, tmp_path, monkeypatch):
     def answer(request):
         is_down = 3 <= request.number < 20
@@ -78,7 +79,8 @@ def test_follow_outlasts_a_restart_of_the_server(verb, tmp_path, monkeypatch):
     pauses = []
     clock = SimpleNamespace(monotonic=lambda: sum(pauses), sleep=pauses.append)
     monkeypatch.setattr(http_source, "time", clock)
-    options = ["-o", tmp_path / "out"] if verb == "decode" else []
+    monkeypatch.setattr(Server, "serve_forever", lambda *_, **__: None)
+    options = {"decode": ["-o", tmp_path / "out"], "view": ["--no-open"]}.get(verb, [])
     with serve(answer) as server:
         result = run(verb, server.url, *options)
         server.request_heads.clear()

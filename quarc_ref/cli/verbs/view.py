@@ -128,7 +128,7 @@ def _open_stream(
 
     is_standard_input = name == STANDARD_STREAM
     with ExitStack() as stack:
-        source = stack.enter_context(open_source(name))
+        source = stack.enter_context(open_source(name, follow))
         if not is_standard_input:
             source = stack.enter_context(open_seekable(source))
         cameras = poll(lambda: read_cameras(source), follow)
