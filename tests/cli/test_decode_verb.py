@@ -176,6 +176,18 @@ def test_a_missing_library_is_named_with_the_extra_that_installs_it(
     assert list_names(tmp_path) == ["small.quarc"]
 
 
+def test_a_suffix_of_no_format_makes_a_folder_only_if_the_format_is_given(stream_file, tmp_path):
+    folder = tmp_path / "frames.v2"
+    unclear_run = run("decode", stream_file, "-o", folder)
+    first_run = run("decode", stream_file, "-o", folder, "--to", "ply")
+    second_run = run("decode", stream_file, "-o", folder, "--force")
+
+    assert unclear_run.exit_code == 2
+    assert f"not clear from the name {folder}: use one of the suffixes ply" in unclear_run.stderr
+    assert (first_run.exit_code, second_run.exit_code) == (0, 0)
+    assert (folder / "frame_0000.ply").is_file()
+
+
 def test_an_unknown_format_is_rejected_with_the_known_ones(stream_file, tmp_path):
     result = run("decode", stream_file, "-o", tmp_path / "out", "--to", "obj")
 
