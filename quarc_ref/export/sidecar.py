@@ -1,7 +1,7 @@
 """Writes and reads `sequence.json`, which stores properties that frame files cannot store."""
 
 import json
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from quarc_ref.export.clip import AXES, Clip
@@ -24,6 +24,14 @@ _PARSE_ERRORS = (
     RecursionError,
 )
 _SCHEMA = "quarc-ref/sequence/1"
+_KINDS = {
+    bool: "true or false",
+    int: "an integer",
+    float: "a number",
+    str: "a string",
+    list: "a list",
+    dict: "an object",
+}
 _MAX_CAMERAS = 1 << 12
 _MAX_BYTES = 1 << 24
 _MAX_FIRST_FRAME = 1 << 31  # leaves as many ordinals for later frames
@@ -116,21 +124,21 @@ def parse_sidecar(data: bytes) -> Sidecar:
         content = json.loads(data)
         _require(isinstance(content, dict), "the content, which must be a JSON object,")
         _require(content["schema"] == _SCHEMA, "schema")
-        _require(len(content["cameras"]) <= _MAX_CAMERAS, "cameras")
-        frames_per_second, metadata = float(content["frames_per_second"]), content["metadata"]
+        frames_per_second = _read(content, "frames_per_second", float)
         _require(is_frame_rate(frames_per_second), "frames_per_second")
-        _require(all(isinstance(text, str) for text in metadata.values()), "metadata")
-        first_frame = int(content["first_frame"])
+        first_frame = _read(content, "first_frame", int)
         _require(0 <= first_frame <= _MAX_FIRST_FRAME, "first_frame")
+        metadata = _read(content, "metadata", dict)
+        has_scale = content["meters_per_unit"] is not None
         sidecar = Sidecar(
             frames_per_second,
-            1 + AXES.index(content["up"]) if content["up_is_known"] else 0,
-            bool(content["right_handed"]),
-            float(content["meters_per_unit"] or 0),
-            tuple(map(_parse_camera, content["cameras"])),
-            dict(metadata),
+            1 + AXES.index(content["up"]) if _read(content, "up_is_known", bool) else 0,
+            _read(content, "right_handed", bool),
+            _read(content, "meters_per_unit", float) if has_scale else 0.0,
+            _parse_cameras(_read(content, "cameras", list)),
+            {key: _read(metadata, key, str) for key in metadata},
             first_frame,
-            str(content["files"]),
+            _read(content, "files", str),
         )
         _require_storable(sidecar)
     except _PARSE_ERRORS as error:
@@ -147,25 +155,45 @@ def _require_storable(sidecar: Sidecar) -> None:
     wire.build_metadata(sidecar.metadata)
 
 
+def _parse_cameras(entries: list[Any]) -> tuple[Camera, ...]:
+    _require(len(entries) <= _MAX_CAMERAS, "cameras")
+    _require(all(isinstance(entry, dict) for entry in entries), "an item of cameras")
+    return tuple(map(_parse_camera, entries))
+
+
 def _parse_camera(content: dict[str, Any]) -> Camera:
     """Parse a camera; `parse_sidecar` converts the errors of malformed cameras."""
-    field_values = {
-        camera_field.name: content[camera_field.name] for camera_field in fields(Camera)
-    }
-    for name in ("rotation", "translation"):
-        field_values[name] = tuple(map(float, field_values[name]))
-    for name in ("fx", "fy", "cx", "cy", "near"):
-        field_values[name] = float(field_values[name])
-    for name in ("width", "height"):
-        _require(0 < int(field_values[name]) < 1 << 32, name)
-        field_values[name] = int(field_values[name])
+    width, height = (_read(content, name, int) for name in ("width", "height"))
+    _require(0 < width < 1 << 32, "width")
+    _require(0 < height < 1 << 32, "height")
+    rotation, translation = (_read(content, name, list) for name in ("rotation", "translation"))
+    fx, fy, cx, cy = (_read(content, name, float) for name in ("fx", "fy", "cx", "cy"))
     return Camera(
-        **{
-            **field_values,
-            "name": str(content["name"]),
-            "held_out": bool(content["held_out"]),
-        }
+        _read(content, "name", str),
+        width,
+        height,
+        fx,
+        fy,
+        cx,
+        cy,
+        tuple(_convert(number, "a number of rotation", float) for number in rotation),
+        tuple(_convert(number, "a number of translation", float) for number in translation),
+        _read(content, "near", float),
+        _read(content, "held_out", bool),
     )
+
+
+def _read(content: dict[str, Any], key: str, kind: type) -> Any:  # noqa: ANN401, any of _KINDS
+    return _convert(content[key], key, kind)
+
+
+def _convert(value: object, label: str, kind: type) -> Any:  # noqa: ANN401, any of _KINDS
+    """Return a value of a JSON file; raise TypeError if it is not of a kind in `_KINDS`."""
+    kinds = (int, float) if kind is float else (kind,)
+    if not isinstance(value, kinds) or (isinstance(value, bool) and kind is not bool):
+        message = f"{label} is not {_KINDS[kind]}"
+        raise TypeError(message)
+    return kind(value)
 
 
 def _require(condition: bool, name: str) -> None:

@@ -297,6 +297,32 @@ def test_an_invalid_sidecar_is_rejected_with_the_reason(text, message):
         parse_sidecar(text.encode())
 
 
+@pytest.mark.parametrize(
+    ("original", "changed", "message"),
+    [
+        ('"first_frame": 0', '"first_frame": 1.5', "first_frame is not an integer"),
+        ('"first_frame": 0', '"first_frame": true', "first_frame is not an integer"),
+        ('"frames_per_second": 25.0', '"frames_per_second": "25"', "second is not a number"),
+        ('"right_handed": true', '"right_handed": "false"', "right_handed is not true or false"),
+        ('"files": "f"', '"files": null', "files is not a string"),
+        ('"metadata": {', '"metadata": [], "other": {', "metadata is not an object"),
+        ('"title": "small"', '"title": 1', "title is not a string"),
+        ('"cameras": [', '"cameras": null, "other": [', "cameras is not a list"),
+        ('"cameras": [', '"cameras": [1], "other": [', "an item of cameras is invalid"),
+        ('"fx": 50.0', '"fx": [50.0]', "fx is not a number"),
+        ('"rotation": [', '"rotation": ["1"], "other": [', "a number of rotation is not a number"),
+    ],
+)
+def test_a_value_of_another_type_is_named_with_its_type(
+    original, changed, message, clip_and_frames
+):
+    text = build_sidecar(clip_and_frames[0], "f", 0).decode()
+    assert original in text
+
+    with pytest.raises(ValueError, match=f"{message}$"):
+        parse_sidecar(text.replace(original, changed).encode())
+
+
 def test_a_4dgs_with_an_impossible_frame_rate_is_rejected(clip_and_frames, tmp_path):
     pytest.importorskip("fourdgs")
     clip, frames = clip_and_frames
