@@ -9,11 +9,13 @@ from typing import NoReturn, SupportsBytes, cast
 
 import av
 import numpy as np
-from av.video.reformatter import Interpolation
+from av.video.reformatter import ColorRange, Interpolation
+from numpy.typing import NDArray
 
 from quarc_ref.datasets.capture import Image
 
 MAX_LEVEL_BITS = 8
+_MAX_LEVEL = (1 << MAX_LEVEL_BITS) - 1
 FLAG_REMEDY = "remove the flag (ffmpeg -display_rotation 0 -i OLD.mp4 -c copy NEW.mp4)"
 _ACCURATE = Interpolation.BILINEAR | Interpolation.FULL_CHR_H_INT
 
@@ -33,8 +35,7 @@ def rotate_upright(frame: av.VideoFrame) -> Image:
     quarter_turns, remainder = divmod(frame.rotation, 90)  # counterclockwise, as in `np.rot90`
     if remainder:
         _reject(f"rotated by {frame.rotation} degrees")
-    is_deep = frame.format.components[0].bits > MAX_LEVEL_BITS
-    picture = frame.to_ndarray(format="rgb24", interpolation=_ACCURATE if is_deep else None)
+    picture = _convert_to_rgb(frame)
     return np.ascontiguousarray(np.rot90(picture, quarter_turns), dtype=np.uint8)
 
 
@@ -70,6 +71,19 @@ def suggest_size_remedy(
             f"{FLAG_REMEDY}"
         )
     return "rotate the pictures by 90 degrees, or calibrate them as they are"
+
+
+def _convert_to_rgb(frame: av.VideoFrame) -> NDArray[np.generic]:
+    bits = frame.format.components[0].bits
+    if bits <= MAX_LEVEL_BITS:
+        return frame.to_ndarray(format="rgb24")
+    if frame.color_range != ColorRange.JPEG:
+        return frame.to_ndarray(format="rgb24", interpolation=_ACCURATE)
+    # A direct conversion to 8 bits makes full-range levels too bright, at white by 0.8.
+    deep_bits = 10 if bits <= 10 else 12
+    deep_levels = frame.to_ndarray(format=f"gbrp{deep_bits}le", interpolation=_ACCURATE)
+    scale = np.float32(_MAX_LEVEL / ((1 << deep_bits) - 1))
+    return np.asarray(np.rint(deep_levels * scale), dtype=np.uint8)
 
 
 def _reject(transformation: str) -> NoReturn:

@@ -5,8 +5,10 @@ import av
 import cv2
 import numpy as np
 import pytest
+from av.video.reformatter import ColorRange, Colorspace
 
 from quarc_ref.datasets.errors import MissingFileError, TruncatedVideoError, UnreadableVideoError
+from quarc_ref.datasets.orientation import rotate_upright
 from quarc_ref.datasets.stills import read_still
 from quarc_ref.datasets.video import VideoReader
 from quarc_ref.datasets.video_writer import VideoFormat, write_video_file
@@ -214,6 +216,20 @@ def test_the_levels_of_10_bit_video_are_those_that_were_encoded(tmp_path, pixel_
     decoded = VideoReader(tmp_path / "cam00.mp4").read(0)
     centers = (slice(8, None, 16), slice(8, None, 16))
     assert np.abs(decoded[centers].astype(int) - picture[centers]).max() <= 1
+
+
+@pytest.mark.parametrize("pixel_format", ["yuv420p10le", "yuv422p10le", "yuv444p12le"])
+def test_deep_levels_of_the_full_range_are_rounded(pixel_format):
+    frame = av.VideoFrame(1024, 16, pixel_format)
+    frame.color_range, frame.colorspace = ColorRange.JPEG, Colorspace.ITU709
+    max_level = (1 << frame.format.components[0].bits) - 1
+    gray_chroma = (max_level + 1) // 2
+    grays = np.linspace(0, max_level, 1024).round().astype(np.uint16)
+    for plane, levels in zip(frame.planes, (grays, gray_chroma, gray_chroma), strict=True):
+        np.frombuffer(plane, np.uint16).reshape(plane.height, -1)[:] = levels
+
+    errors = rotate_upright(frame) - (grays * (255 / max_level))[:, None]
+    assert (np.abs(errors).max(), errors.mean()) == pytest.approx((0.5, 0), abs=0.06)
 
 
 @pytest.mark.parametrize("suffix", ["h264", "avi", "ts", "flv"])
