@@ -188,6 +188,11 @@ def test_a_suffix_of_no_format_makes_a_folder_only_if_the_format_is_given(stream
     assert (folder / "frame_0000.ply").is_file()
 
 
+def test_digits_after_a_point_are_no_suffix(stream_file, tmp_path):
+    assert run("decode", stream_file, "-o", tmp_path / "steak_0.5").exit_code == 0
+    assert (tmp_path / "steak_0.5" / "frame_0000.ply").is_file()
+
+
 def test_an_unknown_format_is_rejected_with_the_known_ones(stream_file, tmp_path):
     result = run("decode", stream_file, "-o", tmp_path / "out", "--to", "obj")
 

@@ -166,13 +166,15 @@ def _is_file_output(output: Path, to: str | None) -> bool:
 
     Raises:
         UsageError: The suffix of the path and `--to` name different formats, or none is named, but
-            the path has another suffix, as if it were a file.
+            the path has another suffix, as if it were a file. Digits, as in `steak_0.5`, are no
+            suffix.
     """
     suffix = output.suffix.lower().removeprefix(".")
     if suffix in EXPORT_FORMATS and to not in (suffix, None):
         message = f"the suffix of {output} conflicts with --to {to}: change one of them"
         raise UsageError(message)
-    if suffix and suffix not in EXPORT_FORMATS and to is None and not output.is_dir():
+    is_name_of_file = suffix not in ("", *EXPORT_FORMATS) and not suffix.isdecimal()
+    if is_name_of_file and to is None and not output.is_dir():
         message = (
             f"the format is not clear from the name {output}: use one of the suffixes "
             f"{', '.join(EXPORT_FORMATS)} for a file, or no suffix for a folder of PLY files; or "
