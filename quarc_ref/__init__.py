@@ -4,4 +4,4 @@ Nothing is imported here, so that `quarc_ref.decoder` can be used without torch,
 `quarc_ref.encoder` imports.
 """
 
-__version__ = "0.1.0"
+__version__ = "0.2.0.dev0"
