@@ -89,15 +89,36 @@ def test_equal_pictures_count_as_100_db_and_are_reported(encoded_stream):
     assert ": 1 frame " in result.stdout
 
 
-def test_renders_have_the_given_size_in_bytes(encoded_stream, capture, tmp_path):
-    run("render", encoded_stream.file, "--to", "png", "-o", tmp_path / "drawn")
+def test_entries_have_the_stated_size_in_bytes(encoded_stream, ply_folder, capture, tmp_path):
+    drawn = tmp_path / "drawn"
+    run("render", encoded_stream.file, "--to", "png", "-o", drawn)
     json_output = run_json(
-        "compare", encoded_stream.file, tmp_path / "drawn", "--capture", capture,
-        "--bytes", f"{tmp_path / 'drawn'}=3072",
+        "compare", encoded_stream.file, drawn, f"plys@a={ply_folder}", f"plys@b={ply_folder}",
+        "--capture", capture, "--bytes", f"{drawn}=3072", "--bytes", "plys@a=6144",
     )  # fmt: skip
+    stream, renders, *plys = json_output["points"]
 
-    assert json_output["points"][1]["kind"] == "renders"
-    assert json_output["points"][1]["kb_per_frame"] == 1
+    assert (renders["kind"], renders["kb_per_frame"], renders["bytes_stated"]) == (
+        "renders",
+        1,
+        True,
+    )
+    assert [point["kind"] for point in plys] == ["PLY per frame"] * 2
+    assert (plys[0]["bytes"], plys[0]["bytes_stated"]) == (6144, True)
+    assert plys[1]["bytes"] > 6144
+    assert not plys[1]["bytes_stated"]
+    assert not stream["bytes_stated"]
+
+
+def test_stated_sizes_are_marked(encoded_stream, ply_folder, capture, tmp_path):
+    entries = [encoded_stream.file, ply_folder, "--capture", capture, "--bytes", "theirs=3072"]
+    result = run("compare", *entries, "--report", tmp_path / "report")
+    points = (tmp_path / "report" / "points.csv").read_text("utf-8").splitlines()
+    stated_column = points[0].split(",").index("bytes_stated")
+
+    assert re.search(r"^theirs +PLY per frame .* 3,072 stated ", result.stdout, re.MULTILINE)
+    assert "3,072 stated" in (tmp_path / "report" / "index.html").read_text("utf-8")
+    assert [line.split(",")[stated_column] for line in points[1:]] == ["False", "True"]
 
 
 def test_a_given_size_holds_for_every_entry_with_this_path(encoded_stream, capture, tmp_path):
@@ -159,9 +180,9 @@ def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
         ("{stream} a=https://example.org/?a=b", "only files, not URLs or standard input"),
         ("{stream} -", "only files, not URLs or standard input"),
         ("{stream} {stream} --bytes x=3", "--bytes names x"),
-        ("{stream} {stream} --bytes 3", "--bytes takes PATH=N"),
-        (f"{{stream}} {{stream}} --bytes x={'9' * 5000}", "--bytes takes PATH=N"),
-        ("{stream} {stream} --bytes {stream}=3", "--bytes is only for folders of renders"),
+        ("{stream} {stream} --bytes 3", "--bytes takes ENTRY=N"),
+        (f"{{stream}} {{stream}} --bytes x={'9' * 5000}", "--bytes takes ENTRY=N"),
+        ("{stream} {stream} --bytes {stream}=3", "--bytes is not for streams"),
         ("{stream} {stream} --lpips {stream}", "quarc is not a file that torch.save has written"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
         ("{stream} {stream} --frames 77", "the selected range has none of the frames"),

@@ -3,6 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -89,8 +90,9 @@ def compare(
         list[str] | None,
         typer.Option(
             "--bytes",
-            metavar="PATH=N",
-            help="Size N in bytes of the model or stream from which the renders in PATH were made.",
+            metavar="ENTRY=N",
+            help="Size N in bytes of what the method of an entry stores for all frames; ENTRY is a "
+            "path or METHOD@POINT, but not that of a stream.",
         ),
     ] = None,
     downscale: Annotated[
@@ -152,8 +154,8 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     """Parse the entries on the command line.
 
     Raises:
-        UsageError: There are fewer than two entries, a size is malformed, or a size is given for a
-            path that is not an entry.
+        UsageError: There are fewer than two entries, a size is malformed, or a size is given for
+            neither the path nor the label of an entry.
     """
     from quarc_ref.evaluation.comparison.entries import Label
     from quarc_ref.evaluation.comparison.open_entries import EntrySource
@@ -161,19 +163,22 @@ def parse_entries(texts: Sequence[str], sizes: Sequence[str]) -> "list[EntrySour
     if len(texts) < _MIN_ENTRIES:
         message = "compare needs at least two entries: give two or more paths"
         raise UsageError(message)
-    byte_counts = dict(_parse_size(size) for size in sizes)
     names_and_paths = [_parse_entry(text) for text in texts]
     entry_sources = [
-        EntrySource(Label(method, point), path, byte_counts.get(path))
+        EntrySource(Label(method, point), path)
         for (method, point), (_, path) in zip(
             _label_entries(names_and_paths), names_and_paths, strict=True
         )
     ]
-    paths = {path for _, path in names_and_paths}
-    for path in byte_counts:
-        if path not in paths:
-            message = f"--bytes names {path}, which is not one of the entries"
+    for name, byte_count in map(_parse_size, sizes):
+        named = [name == str(it.label) or Path(name) == it.path for it in entry_sources]
+        if not any(named):
+            message = f"--bytes names {name}, which is not one of the entries"
             raise UsageError(message)
+        entry_sources = [
+            replace(source, byte_count=byte_count) if is_named else source
+            for source, is_named in zip(entry_sources, named, strict=True)
+        ]
     return entry_sources
 
 
@@ -207,12 +212,12 @@ def _parse_entry(text: str) -> tuple[str, Path]:
     return name, Path(path)
 
 
-def _parse_size(text: str) -> tuple[Path, int]:
-    path, _, number = text.rpartition("=")
-    if not path or not number.isdecimal() or len(number) >= _MAX_DIGITS:
-        message = f"--bytes takes PATH=N with a whole number N, not {text!r}"
+def _parse_size(text: str) -> tuple[str, int]:
+    name, _, number = text.rpartition("=")
+    if not name or not number.isdecimal() or len(number) >= _MAX_DIGITS:
+        message = f"--bytes takes ENTRY=N with a whole number N, not {text!r}"
         raise UsageError(message)
-    return Path(path), int(number)
+    return name, int(number)
 
 
 def _print_result(
@@ -224,7 +229,7 @@ def _print_result(
         print_message(message)
     if as_json:
         report = {} if page is None else {"report": str(page)}
-        print_json("compare/1", {**tables.as_json(comparison, summary), **report})
+        print_json("compare/2", {**tables.as_json(comparison, summary), **report})
         return
     title = (
         f"Against {comparison.truth_description}: {format_count(len(comparison.frames), 'frame')} "

@@ -43,11 +43,13 @@ class EntryInfo:
         kind: Human-readable kind of the entry.
         frames: Ordinals of the frames, ascending.
         byte_count: Total size of all frames in bytes; None if unknown.
+        is_size_stated: Whether the user stated the size, which no file of the entry shows.
     """
 
     kind: str
     frames: tuple[int, ...]
     byte_count: int | None
+    is_size_stated: bool = False
 
 
 class Entry(ABC):

@@ -16,7 +16,7 @@ from quarc_ref.evaluation.comparison.gaussian_files import (
     open_fourdgs,
     open_plys,
 )
-from quarc_ref.evaluation.comparison.renders import RENDERS, open_renders
+from quarc_ref.evaluation.comparison.renders import open_renders
 from quarc_ref.evaluation.comparison.streams import OpenStream, list_doubts, open_stream
 from quarc_ref.evaluation.same_capture import (
     MismatchError,
@@ -37,8 +37,8 @@ class EntrySource:
     Attributes:
         label: Method and operating point.
         path: Path of the entry.
-        byte_count: Size, in bytes, of the coded files from which a folder of renders was made;
-            None if unknown.
+        byte_count: Size, in bytes, of the files that the method stores for all frames of the
+            entry, as stated by the user; None to measure the files at `path`.
     """
 
     label: Label
@@ -126,9 +126,10 @@ def open_entries(
     for index, source in enumerate(sources):
         if index in streams:
             entries.append(streams[index].entry)
+            _reject_stated_size(source)
         else:
             entries.append(_open_non_stream(source, cameras, frames_per_second))
-        _require_own_size(source, entries[-1])
+            _state_size(entries[-1], source.byte_count)
     doubts = (
         f"{sources[index].path}: {doubt}"
         for index, stream in streams.items()
@@ -148,18 +149,21 @@ def _name_path_in_errors(path: Path) -> Iterator[None]:
         raise
 
 
-def _require_own_size(source: EntrySource, entry: Entry) -> None:
-    """Reject a given size of an entry whose files have a size themselves.
-
-    Raises:
-        EntryError: A size is given for an entry that is not a folder of renders.
-    """
-    if source.byte_count is not None and entry.info.kind != RENDERS:
-        message = (
-            f"--bytes is only for folders of renders, but {source.path} is an entry of type "
-            f"{entry.info.kind}, whose size is that of its files"
-        )
+def _reject_stated_size(stream: EntrySource) -> None:
+    """Raise EntryError if a size is stated for a stream, which is a coded file itself."""
+    if stream.byte_count is not None:
+        message = f"--bytes is not for streams: the size of {stream.path} is that of the file"
         raise EntryError(message)
+
+
+def _state_size(entry: Entry, byte_count: int | None) -> None:
+    """Replace the size of an entry's files with the stated size, if there is one.
+
+    The files of other methods are dumps for the comparison, for example one PLY file per frame of a
+    method that stores a single scene and a network.
+    """
+    if byte_count is not None:
+        entry.info = replace(entry.info, byte_count=byte_count, is_size_stated=True)
 
 
 def _is_stream(path: Path) -> bool:
@@ -185,7 +189,7 @@ def _open_non_stream(
     if fourdgs_files:
         message = f"{path} is a folder: use the file {fourdgs_files[0]}, which contains all frames"
         raise EntryError(message)
-    return open_renders(path, source.label, cameras, source.byte_count)
+    return open_renders(path, source.label, cameras)
 
 
 def _open_capture(

@@ -17,20 +17,14 @@ from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.format.cameras import Camera
 
-RENDERS = "renders"  # the kind of these entries
 
-
-def open_renders(
-    folder: Path, label: Label, cameras: Collection[str], byte_count: int | None
-) -> Entry:
-    """Open a folder of pictures.
+def open_renders(folder: Path, label: Label, cameras: Collection[str]) -> Entry:
+    """Open a folder of pictures, whose size says nothing about the method that rendered them.
 
     Args:
         folder: Folder of the pictures.
         label: Method and operating point.
         cameras: Names of the cameras to compare on.
-        byte_count: Size, in bytes, of the coded files from which the pictures were rendered; None
-            if unknown.
 
     Raises:
         EntryError: The layout of the folder is unknown, a camera is missing, or two pictures
@@ -39,9 +33,8 @@ def open_renders(
     """
     paths_by_camera = _list_pictures(folder, cameras)
     common_frames = set.intersection(*(set(frames) for frames in paths_by_camera.values()))
-    return _RenderEntry(
-        label, EntryInfo(RENDERS, tuple(sorted(common_frames)), byte_count), paths_by_camera
-    )
+    info = EntryInfo("renders", tuple(sorted(common_frames)), byte_count=None)
+    return _RenderEntry(label, info, paths_by_camera)
 
 
 class _RenderEntry(Entry):

@@ -55,6 +55,7 @@ class OperatingPoint:
         run_count: Number of entries at this point, which are runs with the same settings.
         metrics: Mean and deviation over the runs, by metric; None for a metric without values.
         byte_count: Size of all frames in bytes; None if unknown.
+        is_size_stated: Whether the user stated the size of an entry.
         kilobytes_per_frame: Size per frame in KB of 1024 bytes; None if unknown.
         megabits_per_second: Mean bit rate in Mb/s at the frame rate of the entries; None if
             unknown.
@@ -68,6 +69,7 @@ class OperatingPoint:
     run_count: int
     metrics: dict[str, Statistics | None]
     byte_count: Statistics | None
+    is_size_stated: bool
     kilobytes_per_frame: Statistics | None
     megabits_per_second: float | None
     paired_difference: PairedDifference | None
@@ -154,6 +156,7 @@ def _make_point(
         len(runs),
         {name: compute_statistics_or_none(_list_values(means, name)) for name in means[0]},
         compute_statistics_or_none([size for size in sizes if size is not None]),
+        any(run.info.is_size_stated for run in runs),
         rate,
         None if rate is None else rate.mean * KILOBYTE * 8 * frames_per_second / _MEGABIT,
         None if reference_runs is None else compute_paired_difference(runs, reference_runs),

@@ -97,6 +97,7 @@ def format_points_csv(summary: Summary) -> bytes:
         for name, statistics in statistics_by_name.items():
             line[name] = _mean_or_none(statistics)
             line[f"{name}_deviation"] = _deviation_or_none(statistics)
+        line["bytes_stated"] = point.is_size_stated
         line["better_than_first"] = (
             None if point.paired_difference is None else point.paired_difference.better_share
         )
@@ -148,7 +149,7 @@ def _format_point_row(point: OperatingPoint) -> list[str]:
         point.kind,
         str(point.run_count),
         *metrics,
-        format_statistics(point.byte_count, ",.0f"),
+        format_statistics(point.byte_count, ",.0f") + (" stated" if point.is_size_stated else ""),
         format_statistics(point.kilobytes_per_frame, ",.2f"),
         _MISSING if rate is None else f"{rate:.2f}",
         format_statistics(difference, "+z.2f"),
@@ -193,6 +194,7 @@ def _point_as_json(point: OperatingPoint) -> dict[str, object]:
             name: _deviation_or_none(statistics) for name, statistics in point.metrics.items()
         },
         "bytes": _mean_or_none(point.byte_count),
+        "bytes_stated": point.is_size_stated,
         "kb_per_frame": _mean_or_none(point.kilobytes_per_frame),
         "megabits_per_second": point.megabits_per_second,
         "paired": None

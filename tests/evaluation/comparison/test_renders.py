@@ -24,7 +24,7 @@ def test_hidden_files_are_not_pictures(tmp_path, pattern):
     write_pictures(tmp_path, names)
     write_pictures(tmp_path, [re.sub(r"/(?=[^/]*$)", "/._", name) for name in names])
 
-    entry = open_renders(tmp_path, LABEL, ["cam0", "cam1"], None)
+    entry = open_renders(tmp_path, LABEL, ["cam0", "cam1"])
 
     assert entry.info.frames == (3, 4)
 
@@ -32,7 +32,7 @@ def test_hidden_files_are_not_pictures(tmp_path, pattern):
 def test_only_frames_of_all_cameras_are_frames_of_an_entry(tmp_path):
     write_pictures(tmp_path, ["cam0/3.png", "cam0/4.png", "cam1/4.png", "cam1/5.png"])
 
-    assert open_renders(tmp_path, LABEL, ["cam0", "cam1"], None).info.frames == (4,)
+    assert open_renders(tmp_path, LABEL, ["cam0", "cam1"]).info.frames == (4,)
 
 
 @pytest.mark.parametrize("pattern", ["cam0/0003", "0003/cam0"])
@@ -40,7 +40,7 @@ def test_two_files_of_one_picture_are_rejected(tmp_path, pattern):
     write_pictures(tmp_path, [f"{pattern}.png", f"{pattern}.jpg"])
 
     with pytest.raises(EntryError, match=r"same frame number|two pictures of cam0"):
-        open_renders(tmp_path, LABEL, ["cam0"], None)
+        open_renders(tmp_path, LABEL, ["cam0"])
 
 
 def test_transparent_pictures_are_put_on_black(tmp_path):
@@ -48,7 +48,7 @@ def test_transparent_pictures_are_put_on_black(tmp_path):
     levels = np.random.default_rng(0).integers(0, 256, (HEIGHT, WIDTH, 4), np.uint8)
     (tmp_path / "0000.png").write_bytes(build_png(levels))
 
-    entry = open_renders(tmp_path, LABEL, [camera.name], None)
+    entry = open_renders(tmp_path, LABEL, [camera.name])
     picture = entry.render(0, {camera.name: camera})[camera.name]
 
     expected = levels[..., :3].astype(float) * levels[..., 3:] / 255**2
