@@ -1,8 +1,10 @@
+import json
 import shutil
 
 import numpy as np
 import pytest
 
+from quarc_ref.cli.verbs.doctor import _PIXEL_DESCRIPTIONS
 from tests.cli.commands import read_json, run
 from tests.datasets import scenes
 
@@ -67,6 +69,33 @@ def test_more_frames_than_the_capture_has_are_a_usage_error(capture):
 
     assert result.exit_code == 2
     assert "--frames 3: 3 frames are requested, but capture plane has 2" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("notes", "has_masks", "used_pixels"),
+    [({}, False, "all"), ({}, True, "unmasked"), ({"background": "transparent"}, True, "subject")],
+)
+def test_used_pixels_are_described(notes, has_masks, used_pixels, capture, tmp_path):
+    folder = shutil.copytree(capture, tmp_path / "plane")
+    (folder / "quarc-capture.json").write_text(json.dumps(notes))
+    mask = np.zeros((32, 48, 3), np.uint8)
+    mask[4:28, 4:44] = 255
+    for shot in scenes.make_shots() if has_masks else ():
+        scenes.write_picture(folder / "masks" / f"{shot.name}.png", mask)
+
+    json_output = read_json(run("doctor", folder, "--quick", "--json").stdout)
+    assert json_output["capture"]["used_pixels"] == used_pixels
+    assert _PIXEL_DESCRIPTIONS[used_pixels] in run("doctor", folder, "--quick").stdout
+
+
+def test_the_world_is_described(capture, tmp_path):
+    folder = shutil.copytree(capture, tmp_path / "plane")
+    assert "up: unknown; meters per unit: unknown" in run("doctor", folder, "--quick").stdout
+    (folder / "quarc-capture.json").write_text('{"up": [0, -3, 0], "meters_per_unit": 2}')
+
+    opened = read_json(run("doctor", folder, "--quick", "--json").stdout)["capture"]
+    assert (opened["up"], opened["meters_per_unit"]) == ([0, -1, 0], 2)
+    assert "up: 0, -1, 0; meters per unit: 2" in run("doctor", folder, "--quick").stdout
 
 
 def test_masks_have_their_own_findings(capture, tmp_path):

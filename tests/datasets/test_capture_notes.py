@@ -1,5 +1,6 @@
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -8,7 +9,8 @@ from hypothesis import strategies as st
 
 from quarc_ref.datasets.capture_notes import NOTES_NAME, CaptureNotes
 from quarc_ref.datasets.errors import MissingCameraError, UnreadableNotesError
-from quarc_ref.datasets.notes_file import read_capture_notes, write_capture_notes
+from quarc_ref.datasets.notes_file import _KEYS, read_capture_notes, write_capture_notes
+from tests.docs.pages import GUIDES
 
 
 def test_notes_survive_a_round_trip(tmp_path):
@@ -21,6 +23,13 @@ def test_notes_survive_a_round_trip(tmp_path):
 
 def test_a_capture_without_the_file_has_empty_notes(tmp_path):
     assert read_capture_notes(tmp_path) == CaptureNotes({}, None, None)
+
+
+def test_the_guide_lists_every_key():
+    guide = (GUIDES / "captures.md").read_text("utf-8")
+    (section,) = re.findall(r"^## quarc-capture\.json$(.*?)^## ", guide, re.MULTILINE | re.DOTALL)
+
+    assert set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)) == set(_KEYS)
 
 
 def test_unknown_values_are_left_out_of_the_file(tmp_path):

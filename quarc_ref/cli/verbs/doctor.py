@@ -15,10 +15,16 @@ from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, pri
 
 if TYPE_CHECKING:
     from quarc_ref.datasets.capture import Capture
+    from quarc_ref.datasets.capture_notes import CaptureNotes
     from quarc_ref.datasets.open_capture import CaptureOptions
     from quarc_ref.encoder.doctor import Diagnosis
 
 _EXIT_FINDINGS = 1
+_PIXEL_DESCRIPTIONS = {
+    "all": "all are used for training",
+    "unmasked": "only those that masks leave are used",
+    "subject": "only those of the subject are used: transparent background",
+}
 _UNITS = ("B", "KB", "MB", "GB", "TB")
 
 
@@ -71,7 +77,7 @@ def doctor(
             )
         if as_json:
             document = _as_json(capture, diagnosis, capture_options, quick=quick, preset=preset)
-            print_json("doctor/2", document)
+            print_json("doctor/3", document)
         else:
             print_fields(capture.resolve().name, _describe_diagnosis(diagnosis, preset))
         for finding in () if as_json else diagnosis.findings:
@@ -110,14 +116,28 @@ def _describe_diagnosis(diagnosis: "Diagnosis", preset: str) -> dict[str, str]:
 def _describe_capture(capture: "Capture") -> dict[str, str]:
     sizes = sorted({(camera.width, camera.height) for camera in capture.cameras})
     held_out = [capture.cameras[index].name for index in capture.held_out]
-    masks = {"masks": "yes: only unmasked pixels are used for training"} if capture.masks else {}
     return {
         "cameras": f"{len(capture.cameras)}; held out: {', '.join(held_out)}",
         "pictures": ", ".join(f"{width} x {height}" for width, height in sizes),
         "frames": f"{capture.frame_count}, {capture.frames_per_second:g} per second",
         "initial points": f"{len(capture.points.positions)}",
-        **masks,
+        "world": _describe_world(capture.notes),
+        "pixels": _PIXEL_DESCRIPTIONS[_name_used_pixels(capture)],
     }
+
+
+def _describe_world(notes: "CaptureNotes") -> str:
+    """Format the up direction and the scale of the world."""
+    up = "unknown" if notes.up is None else ", ".join(f"{number:.3g}" for number in notes.up)
+    scale = "unknown" if notes.meters_per_unit is None else f"{notes.meters_per_unit:g}"
+    return f"up: {up}; meters per unit: {scale}"
+
+
+def _name_used_pixels(capture: "Capture") -> str:
+    """Return which pixels of the pictures are used, a key of `_PIXEL_DESCRIPTIONS`."""
+    if capture.alphas is not None:
+        return "subject"
+    return "all" if capture.masks is None else "unmasked"
 
 
 def _as_json(
@@ -150,7 +170,9 @@ def _as_json(
             "frames": capture.frame_count,
             "frames_per_second": capture.frames_per_second,
             "points": len(capture.points.positions),
-            "masks": capture.masks is not None,
+            "up": capture.notes.up,
+            "meters_per_unit": capture.notes.meters_per_unit,
+            "used_pixels": _name_used_pixels(capture),
         },
         "forecast": None if forecast is None else {"preset": preset, **asdict(forecast)},
         "machine": asdict(diagnosis.machine),
