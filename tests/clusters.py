@@ -22,7 +22,7 @@ ray.shutdown()
 def run_cluster():
     """Yield the address of a cluster; the environment contains the token of the cluster."""
     if importlib.util.find_spec("ray") is None:
-        pytest.skip("Ray is not installed: pip install 'quarc-ref[ray]'")
+        pytest.skip("Ray is not installed: pip install '.[ray]'")
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL}
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("RAY_AUTH_MODE", "token")  # read when ray is imported, which must happen later

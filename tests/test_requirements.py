@@ -77,3 +77,9 @@ def test_a_local_build_of_the_locked_version_counts_as_locked(monkeypatch, versi
 
     monkeypatch.setattr(compare, "distributions", lambda: [_Installed()])
     assert compare.list_installed() == {"alpha": Version("1.0")}
+
+
+def test_no_message_installs_the_package_by_its_name_which_is_not_registered():
+    modules = (ROOT / "quarc_ref").rglob("*.py")
+
+    assert [path.name for path in modules if "quarc-ref[" in path.read_text("utf-8")] == []

@@ -36,6 +36,7 @@ from quarc_ref.format.errors import (
     TruncatedError,
     UnusableCaptureError,
 )
+from quarc_ref.wording import suggest_install
 
 EXIT_INVALID_STREAM = 1
 EXIT_USAGE = 2
@@ -53,8 +54,8 @@ _EXTRA_BY_PACKAGE = {
 }
 _MISSING_PYCOLMAP = (
     "pycolmap, which is needed for COLMAP's files, for calibrate and for captures without initial "
-    'points, cannot be imported; install it with: pip install "quarc-ref[media]". If PyPI has no '
-    "wheel for this system, use conda-forge or build it"
+    f"points, cannot be imported; {suggest_install('media')}. If PyPI has no wheel of pycolmap for "
+    "this system, use conda-forge or build it"
 )
 _INTERRUPTED_MESSAGE = "interrupted; nothing new was written"
 
@@ -122,10 +123,7 @@ def _suggest_extra(error: ImportError) -> str:
     if error.name == "pycolmap":
         return _MISSING_PYCOLMAP
     extra = _EXTRA_BY_PACKAGE.get(error.name or "", "encode")
-    return (
-        f"{error.name or error} cannot be imported; install it with: pip install "
-        f'"quarc-ref[{extra}]"'
-    )
+    return f"{error.name or error} cannot be imported; {suggest_install(extra)}"
 
 
 def _describe_bad_name(error: UnicodeEncodeError) -> str:

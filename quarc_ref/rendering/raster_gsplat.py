@@ -15,6 +15,7 @@ from quarc_ref.format.cameras import Camera
 from quarc_ref.format.constants import LOW_PASS, NEAR_FRACTION
 from quarc_ref.rendering.constants_on_device import make_constant
 from quarc_ref.rendering.rasterizer import Backdrop, Gaussians, JoinedBackdrop, Rendering
+from quarc_ref.wording import suggest_install
 
 
 class GsplatRasterizer:
@@ -30,10 +31,7 @@ class GsplatRasterizer:
         try:
             from gsplat import rasterization
         except ImportError as error:
-            message = (
-                "training on CUDA needs gsplat; install it with: pip install "
-                '"quarc-ref[encode,gpu]"'
-            )
+            message = f"training on CUDA needs gsplat; {suggest_install('encode,gpu')}"
             raise RuntimeError(message) from error
         if not _has_kernels():
             message = (

@@ -172,7 +172,7 @@ def test_a_missing_library_is_named_with_the_extra_that_installs_it(
     result = run("decode", stream_file, "-o", tmp_path / "out", "--to", "spz")
 
     assert result.exit_code == 3
-    assert "quarc-ref[export]" in result.stderr
+    assert ".[export]" in result.stderr
     assert list_names(tmp_path) == ["small.quarc"]
 
 

@@ -121,7 +121,7 @@ def test_verbs_that_need_more_packages_say_which(verb, stream_file, tmp_path):
     completed = _run(verb, *arguments[verb])
 
     assert completed.returncode == 3
-    assert 'pip install "quarc-ref[encode]"' in completed.stderr
+    assert 'pip install ".[encode]"' in completed.stderr
     assert "Traceback" not in completed.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["small.quarc"]
 
@@ -139,5 +139,5 @@ def test_without_a_renderer_a_page_is_published_without_a_poster(stream_file, tm
     assert completed.returncode == 0, completed.stderr
     assert json.loads(completed.stdout)["poster"] is None
     assert "the page has no poster" in completed.stderr
-    assert 'pip install "quarc-ref[media]"' in completed.stderr
+    assert 'pip install ".[media]"' in completed.stderr
     assert list_names(tmp_path / "site") == ["index.html", "quarc-player.js", "stream.quarc"]

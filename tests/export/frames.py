@@ -27,9 +27,7 @@ def export(name, clip, frames):
     """Export the last frame, or all frames if the format is a sequence; return the bytes."""
     entry = EXPORT_FORMATS[name]
     if entry.package:
-        pytest.importorskip(
-            entry.package, reason=f"install it with pip install 'quarc-ref[{entry.extra}]'"
-        )
+        pytest.importorskip(entry.package, reason=f"install it with pip install '.[{entry.extra}]'")
     if not entry.is_sequence:
         return entry.load_builder()(frames[-1], clip)
     sequence = entry.begin(clip)

@@ -18,9 +18,7 @@ _COLOR_STEP = 1 / 255
 
 
 def test_rerun_reads_every_frame_of_rrd_on_its_timeline(tmp_path):
-    chunks = pytest.importorskip(
-        "rerun.chunk", reason="install it with pip install 'quarc-ref[rerun]'"
-    )
+    chunks = pytest.importorskip("rerun.chunk", reason="install it with pip install '.[rerun]'")
     clip, frames = make_clip()
     path = tmp_path / "frames.rrd"
     path.write_bytes(export("rrd", clip, frames))
@@ -56,9 +54,7 @@ def test_rerun_reads_every_frame_of_rrd_on_its_timeline(tmp_path):
 def test_rerun_reads_the_axes_and_the_cameras_of_rrd(
     up_axis, right_handed, expected_axes, tmp_path
 ):
-    chunks = pytest.importorskip(
-        "rerun.chunk", reason="install it with pip install 'quarc-ref[rerun]'"
-    )
+    chunks = pytest.importorskip("rerun.chunk", reason="install it with pip install '.[rerun]'")
     clip, frames = make_clip(up_axis=up_axis, right_handed=right_handed)
     camera = replace(CAMERA, fx=30.0, cx=20.0, rotation=(0, -1, 0, 1, 0, 0, 0, 0, 1))
     path = tmp_path / "frames.rrd"

@@ -23,7 +23,7 @@ from quarc_ref.cli.page_options import (
     read_page_audio,
 )
 from quarc_ref.cli.targets import open_output_file, written_folder
-from quarc_ref.wording import format_count
+from quarc_ref.wording import format_count, suggest_install
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -180,8 +180,7 @@ def _draw_poster(source: "Source", camera: "Camera | None") -> bytes | None:
         from quarc_ref.viewing.poster import draw_poster
     except ImportError as error:
         print_message(
-            f"the page has no poster: {error.name} cannot be imported; install it with: pip "
-            'install "quarc-ref[media]"'
+            f"the page has no poster: {error.name} cannot be imported; {suggest_install('media')}"
         )
         return None
     return draw_poster(source, camera)
