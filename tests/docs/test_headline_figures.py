@@ -21,6 +21,8 @@ def _find(pattern: str, text: str) -> float:
         (r"^\| \*\*(\S+) dB\*\* \| PSNR", r"^\| frame 0, held-out .*\| (\S+) \| \S+ KB \|$"),
         (r"the first frame takes (\S+) KB", r"^\| frame 0, held-out .*\| (\S+) KB \|$"),
         (r"^\| \*\*(\S+) KB\*\* \| mean size", r"^\| format 1.1, training views .*\| (\S+) \|$"),
+        (r"^\| \*\*(\S+) s\*\* \| encoding time", r"each later frame (\S+) s\. With"),
+        (r"the first frame takes (\S+) s\.", r"^(\S+) s, and each later frame"),
     ],
 )  # fmt: skip
 def test_a_headline_is_a_rounded_measurement(headline, measured):
