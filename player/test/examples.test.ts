@@ -15,6 +15,8 @@ const MIN_DB = { "three.html": 35, "playcanvas.html": 25 }; // the other rendere
 const HELD_FRAME = 11; // the last frame in the first half of room.quarc
 /** Half of the stream is sent; without range requests, a page shows its frames before the index has arrived. */
 const HALF_SENT: ServerOptions = { supportsRanges: false, heldFrom: readRoom().length >> 1 };
+/** The player that every clone of the repository has, where the pages look for it; the tests replace it by a new build. */
+const KEPT_PLAYER = "/quarc_ref/viewing/player/quarc-player.js";
 const EXAMPLE_PAGES = ["component.html", "three.html", "playcanvas.html"];
 
 const resolvePath = (packagePath: string): string => fileURLToPath(new URL(`../${packagePath}`, import.meta.url));
@@ -26,8 +28,8 @@ async function runOnExample(
   action: (page: Page, server: StreamServer) => Promise<void>,
 ): Promise<void> {
   const files = {
-    [`/examples/${name}`]: readPlayerFile(`examples/${name}`),
-    "/dist/quarc-player.js": readPlayerFile("dist/quarc-player.js"),
+    [`/player/examples/${name}`]: readPlayerFile(`examples/${name}`),
+    [KEPT_PLAYER]: readPlayerFile("dist/quarc-player.js"),
   };
   await using server = await StreamServer.start(readRoom(), { ...options, files });
   const page = await (await launch()).newPage({ viewport: VIEWPORT });
@@ -42,7 +44,7 @@ async function runOnExample(
     await route.fulfill({ contentType: "text/javascript", body: readFileSync(resolvePath(`node_modules/${packagePath}`), "utf8") });
   });
   try {
-    await page.goto(`${server.origin}/examples/${name}?src=/stream.quarc`);
+    await page.goto(`${server.origin}/player/examples/${name}?src=/stream.quarc`);
     await action(page, server);
     assert.deepEqual(errors, [], "the console shows errors");
   } finally {
@@ -100,6 +102,15 @@ browserTest("component.html controls the component", () =>
     assert.deepEqual(await page.evaluate(state), [0.5, "side", false]);
   }),
 );
+
+test("the pages work in a clone, without a build of the player", () => {
+  for (const name of EXAMPLE_PAGES) {
+    const page = readFileSync(resolvePath(`examples/${name}`), "utf8");
+    const [, path = ""] = /"([^"]*\/quarc-player\.js)"/.exec(page) ?? [];
+    assert.equal(new URL(path, `http://localhost/player/examples/${name}`).pathname, KEPT_PLAYER);
+  }
+  assert.ok(existsSync(resolvePath(`..${KEPT_PLAYER}`)));
+});
 
 test("every example has at most 60 lines", () => {
   for (const name of [...EXAMPLE_PAGES, "node.mjs"]) {
