@@ -1,10 +1,12 @@
 """Forecasts the time, memory and size of an encode on this machine.
 
 The time is extrapolated from a few training steps on the capture's pictures and points. The
-forecast of the size is a range, because the number of Gaussians is not known in advance.
+forecast of the size is a range (`size_model`), because the number of Gaussians is not known in
+advance.
 docs/experiments/forecast.md compares forecasts with completed encodes.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from quarc_ref.datasets.capture import Capture
@@ -13,8 +15,12 @@ from quarc_ref.encoder.monitoring.forecast import estimate_frame_seconds
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.encoder.settings.config import EncoderConfig, limit_gaussians
-from quarc_ref.encoder.training.context import make_context
-from quarc_ref.format import container
+from quarc_ref.encoder.size_model import (
+    estimate_gaussians,
+    estimate_stream_bytes,
+    measure_subject_share,
+)
+from quarc_ref.encoder.training.context import TrainingContext, make_context
 
 _FLOAT_BYTES = 4
 # arrays per training picture: original, corrected exposure, and two moments of SSIM
@@ -29,11 +35,6 @@ _PICTURE_CACHE_BYTES = 1 << 28  # size of the capture's picture cache
 # floats per Gaussian: four copies (values, gradients, two moments of Adam) of 59 numbers
 _FLOATS_PER_GAUSSIAN = 59 * 4
 _ATTRIBUTE_FLOATS, _STATISTICS_FLOATS = 23, 3  # floats per Gaussian in a checkpoint
-# lower and upper bounds for canonical frames and snapshots
-_BYTES_PER_GAUSSIAN = {container.CANO: (7, 11), container.SNAP: (2, 4)}
-# the same for other frames, if births must be worth their bytes (`births.rd_lambda`) or not
-_FRAME_BYTES_WITH_RD, _FRAME_BYTES_WITHOUT_RD = (0.05, 0.4), (0.05, 1.5)
-_GAUSSIAN_COUNT_FRACTIONS = (0.25, 1.0)  # final number of Gaussians, relative to the maximum number
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +75,15 @@ def forecast(
     """
     frame_count = capture.require_frames(frames)
     config = limit_gaussians(config, len(capture.training_at(0)))
+    contexts = [
+        make_context(capture, device, config.seed, downscale=downscale) for downscale in (1, 2)
+    ]
     first_frame_seconds, later_frame_seconds = _forecast_seconds(
-        capture, config, frame_count, device
+        capture, config, frame_count, contexts
     )
-    stream_bytes = _forecast_stream_bytes(config, frame_count)
+    share = measure_subject_share(contexts[0].views)
+    gaussians = estimate_gaussians(len(capture.points.positions), config.canonical, share)
+    min_bytes, _, max_bytes = map(int, estimate_stream_bytes(gaussians, config, frame_count))
     training_bytes = config.canonical.max_gaussians * _FLOATS_PER_GAUSSIAN * _FLOAT_BYTES
     other_bytes = _BASE_BYTES + _PICTURE_CACHE_BYTES + _count_picture_bytes(capture)
     return Forecast(
@@ -85,19 +91,26 @@ def forecast(
         seconds_per_frame=later_frame_seconds,
         seconds=first_frame_seconds + later_frame_seconds * (frame_count - 1),
         memory_bytes=other_bytes + 2 * training_bytes,
-        disk_bytes=stream_bytes[1] + 2 * _count_checkpoint_bytes(config.canonical),
-        stream_bytes=stream_bytes,
+        disk_bytes=max_bytes + 2 * _count_checkpoint_bytes(config.canonical),
+        stream_bytes=(min_bytes, max_bytes),
     )
 
 
 def _forecast_seconds(
-    capture: Capture, config: EncoderConfig, frame_count: int, device: str
+    capture: Capture,
+    config: EncoderConfig,
+    frame_count: int,
+    contexts: Sequence[TrainingContext],
 ) -> tuple[float, float]:
-    """Time a few training steps; return the seconds for frame 0 and for each later frame."""
+    """Return the seconds for frame 0 and for each later frame.
+
+    Args:
+        capture: Capture to encode.
+        config: All settings.
+        frame_count: Number of frames.
+        contexts: At full and at half resolution; a few training steps of each are timed.
+    """
     canonical = config.canonical
-    contexts = [
-        make_context(capture, device, config.seed, downscale=downscale) for downscale in (1, 2)
-    ]
     full_step_seconds, half_step_seconds = (
         estimate_step_seconds(context, capture.points, config) for context in contexts
     )
@@ -115,22 +128,6 @@ def _forecast_seconds(
     )
     first_frame_seconds = half_steps * half_step_seconds + full_steps * full_step_seconds
     return first_frame_seconds, estimate_frame_seconds(plan, full_step_seconds)
-
-
-def _forecast_stream_bytes(config: EncoderConfig, frame_count: int) -> tuple[int, int]:
-    """Return lower and upper bounds on the size of a stream of `frame_count` frames, bytes."""
-    kinds = config.canonical.count_frame_kinds(frame_count)
-    frame_bytes = _FRAME_BYTES_WITH_RD if config.births.rd_lambda else _FRAME_BYTES_WITHOUT_RD
-    bytes_per_gaussian = {**_BYTES_PER_GAUSSIAN, container.FRAM: frame_bytes}
-    min_bytes, max_bytes = (
-        int(
-            fraction
-            * config.canonical.max_gaussians
-            * sum(count * bytes_per_gaussian[kind][bound] for kind, count in kinds.items())
-        )
-        for bound, fraction in enumerate(_GAUSSIAN_COUNT_FRACTIONS)
-    )
-    return min_bytes, max_bytes
 
 
 def _count_checkpoint_bytes(canonical: CanonicalSettings) -> int:

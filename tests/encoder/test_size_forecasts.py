@@ -1,5 +1,7 @@
-"""Tests that forecasts of the size of a stream count its keyframes and snapshots."""
+"""Tests of the forecasts of the size of a stream."""
 
+import operator
+import re
 from dataclasses import replace
 
 import pytest
@@ -8,9 +10,13 @@ from quarc_ref.encoder.estimate import estimate_encode
 from quarc_ref.encoder.forecast import forecast
 from quarc_ref.encoder.monitoring.monitor import EncodePlan
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
+from quarc_ref.encoder.settings.config import limit_gaussians
 from quarc_ref.encoder.settings.presets import choose_preset
+from quarc_ref.encoder.size_model import estimate_gaussians, estimate_stream_bytes
 from quarc_ref.format import container
+from tests.docs.pages import ROOT
 from tests.encoder.toys import SMALL, make_capture, make_context
+from tests.encoder.transparent_toys import make_subject_capture
 
 FRAMES = 3
 
@@ -58,3 +64,44 @@ def test_keyframes_and_snapshots_make_a_stream_larger(predict):
     without, with_snapshots, with_keyframes = map(predict, [SMALL, *every_frame])
 
     assert without < with_snapshots < with_keyframes
+
+
+@pytest.mark.parametrize("quality", [10.0, 50.0, 90.0])
+@pytest.mark.parametrize("target", [0.0, 1.5])
+def test_the_estimate_of_encode_is_within_the_forecast_of_doctor(quality, target):
+    config = replace(SMALL, quality=quality, target_kb_per_frame=target)
+    low, high = forecast(make_capture(), config, FRAMES, "cpu").stream_bytes
+
+    assert low <= _estimate_bytes(config) <= high
+
+
+def test_a_subject_that_covers_few_pixels_needs_fewer_bytes():
+    capture = make_subject_capture()
+    share = sum(capture.alpha(camera, 0).mean() / 255 for camera in capture.training) / len(
+        capture.training
+    )
+    subject, picture = (
+        forecast(each, SMALL, FRAMES, "cpu").stream_bytes
+        for each in (capture, make_subject_capture(has_alpha=False))
+    )
+
+    assert share < 0.9
+    scales = share ** (1 / 2), share ** (1 / 4)
+    assert subject == pytest.approx(tuple(map(operator.mul, picture, scales)), abs=1)
+
+
+def _read_measured_streams():
+    page = (ROOT / "docs" / "experiments" / "forecast.md").read_text("utf-8")
+    row = r"^\| `(main|demo)`, (\d+) training .* \| (\S+) % \| (\d+) \| \d+ \| (\S+) KB \|"
+    return re.findall(row, page, re.MULTILINE)
+
+
+@pytest.mark.parametrize(("preset", "views", "percent", "points", "size"), _read_measured_streams())
+def test_measured_streams_are_within_their_forecast(preset, views, percent, points, size):
+    config = limit_gaussians(choose_preset(preset), int(views))
+    gaussians = estimate_gaussians(int(points), config.canonical, float(percent) / 100)
+    low, expected, high = estimate_stream_bytes(gaussians, config, FRAMES)
+    measured = float(size) * 1024
+
+    assert low <= measured <= high
+    assert 1 / 3 < measured / expected < 3
