@@ -12,7 +12,6 @@ from quarc_ref.encoder.scenes.fit_edit import encode_edited
 from quarc_ref.evaluation.comparison.entries import EntryError, Label
 from quarc_ref.evaluation.comparison.open_entries import EntrySource
 from quarc_ref.evaluation.evaluate import evaluate_stream
-from quarc_ref.evaluation.metrics import MAX_DECIBELS
 from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.streams.source import BytesSource
@@ -96,7 +95,7 @@ def test_without_a_capture_the_first_entry_is_the_truth(method_outputs, compare)
     assert [entry.label.method for entry in comparison.measured_entries] == ["a", "renders"]
     assert comparison.truth_description == "the renders of plys"
     stream_psnr, renders_psnr = _list_means(comparison)
-    assert stream_psnr == MAX_DECIBELS
+    assert stream_psnr > 95  # quaternions in PLY files were normalized, and differ in the last bit
     assert 50 < renders_psnr < 70
     assert _list_means(comparison, "moving_psnr") == [None, None]
 
