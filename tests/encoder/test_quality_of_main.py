@@ -22,7 +22,6 @@ _SHORTER = {  # a fifth of the iterations of frame 0, with all stages of `main`
     "canonical.densify_from_iter": "60",
     "canonical.half_resolution_until_iter": "460",
     "canonical.densify_until_iter": "540",
-    "canonical.sh_from_iter": "720",
     "canonical.initial_gaussians": "4000",
     "canonical.max_gaussians": "8000",
     "canonical.max_gaussians_from_views": "0",

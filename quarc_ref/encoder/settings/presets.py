@@ -57,6 +57,7 @@ _MAIN = EncoderConfig(
         opacity_step=1 / 4,
         sh_dc_step=1 / 16,
         sh_rest_step=1 / 16,
+        sh_degree=0,
         updates=True,
     ),
     steps=StepSettings(position_pixels=0.2, translation_change=0.0036, translation_error=0.25),
@@ -65,7 +66,8 @@ _MAIN = EncoderConfig(
         initial_gaussians=20_000,
         max_gaussians=40_000,
         max_gaussians_from_views=12,
-        sh_from_iter=3600,
+        sh_from_iter=2400,  # with stream.sh_degree=1
+        sh_rest_lr=5e-4,
         lambda_dssim=0.4,
         densify_from_iter=300,
         densify_until_iter=2700,
@@ -113,14 +115,14 @@ _MAIN = EncoderConfig(
 )
 _DEMO = replace(
     _MAIN,
-    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1, updates=True),
+    stream=StreamHeader(gaussians_per_anchor=4, resample_interval=1, sh_degree=0, updates=True),
     steps=StepSettings(),
     canonical=replace(
         _MAIN.canonical,
         iterations=1000,
         initial_gaussians=8000,
         max_gaussians=20_000,
-        sh_from_iter=800,
+        sh_from_iter=600,
         densify_until_iter=750,
         final_prune_opacity=0.005,
         half_resolution_until_iter=0,

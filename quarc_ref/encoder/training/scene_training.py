@@ -22,7 +22,8 @@ Schedule of preset `main`; the scenes of the ensemble before the last one end at
     300 to 2600     densification, every 100 iterations; prunings at 675, 1350, 2025 and 2700
     300 to 3599     opacity decay
     1500 to 2699    pseudo-views
-    3600 to 3999    SH degree 1, and fine-tuning; choice of codes at 3800
+    2400 to 3999    SH degree 1, if the stream has it (not in `main`)
+    3600 to 3999    fine-tuning; choice of codes at 3800
 """
 
 from dataclasses import replace

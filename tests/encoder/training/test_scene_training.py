@@ -46,7 +46,8 @@ def test_the_docstring_states_the_schedule_of_main():
         (densified, f"densification, every {every} iterations; {prunings}"),
         (decayed, "opacity decay"),
         (pseudo, "pseudo-views"),
-        (tuned, f"SH degree 1, and fine-tuning; choice of codes at {choice}"),
+        (steps[settings.sh_from_iter :], "SH degree 1, if the stream has it (not in `main`)"),
+        (tuned, f"fine-tuning; choice of codes at {choice}"),
     ]
 
     first_line, _, *lines = scene_training.__doc__.partition("Schedule of ")[2].splitlines()
@@ -55,7 +56,7 @@ def test_the_docstring_states_the_schedule_of_main():
     assert [line.strip() for line in lines if line] == [
         f"{f'{span[0]} to {span[-1]}':15} {text}" for span, text in expected
     ]
-    assert settings.sh_from_iter == tuned[0]
+    assert config.stream.sh_degree == 0
 
 
 def _measure_noise(step, **settings):
