@@ -21,7 +21,7 @@ def _find(pattern: str, text: str) -> float:
         (r"^\| \*\*(\S+) dB\*\* \| PSNR", r"^\| frame 0, held-out .*\| (\S+) \| \S+ KB \|$"),
         (r"the first frame takes (\S+) KB", r"^\| frame 0, held-out .*\| (\S+) KB \|$"),
         (r"^\| \*\*(\S+) KB\*\* \| mean size", r"^\| format 1.1, training views .*\| (\S+) \|$"),
-        (r"^\| \*\*(\S+) s\*\* \| encoding time", r"each later frame (\S+) s\. With"),
+        (r"^\| \*\*(\S+) s\*\* \| encoding time", r"each later frame (\S+) s; with"),
         (r"the first frame takes (\S+) s\.", r"^(\S+) s, and each later frame"),
     ],
 )  # fmt: skip
