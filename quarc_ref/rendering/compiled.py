@@ -8,10 +8,10 @@ from quarc_ref.compiled import cached_njit, numba
 
 kernel = numba.njit(error_model="numpy")
 inlined_kernel = numba.njit(error_model="numpy", inline="always")
-# Allow fused multiply-adds, and ignore the sign of zero.
+# Allow fused multiply-adds, and ignore the sign of zero. This is only for loops over pixels: in
+# other kernels, a process that compiled them and one that loaded them from the cache would fuse
+# different products, so their results would differ.
 fused_kernel = numba.njit(error_model="numpy", fastmath={"contract", "nsz"})
-# Also sum in any order.
-summing_kernel = numba.njit(error_model="numpy", fastmath={"contract", "nsz", "reassoc"})
 entry_kernel = cached_njit()
 parallel_kernel = cached_njit(parallel=True)
 

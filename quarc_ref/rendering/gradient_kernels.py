@@ -10,7 +10,7 @@ import numba
 import numpy as np
 
 from quarc_ref.rendering.binning_kernels import TILE
-from quarc_ref.rendering.compiled import fused_kernel, parallel_kernel, summing_kernel
+from quarc_ref.rendering.compiled import fused_kernel, kernel, parallel_kernel
 from quarc_ref.rendering.raster_kernels import (
     MAX_ALPHA,
     OPACITY_CHECK_INTERVAL,
@@ -56,10 +56,10 @@ def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums)
         conic: Coefficients a / 2, b and c / 2 of the conic.
         opacity: Opacity of the Gaussian.
         color: Red, green, blue.
-        column_sums: `[6 TILE]` sums over the rows for every column, to which the function adds:
-            those of q, q e, q e^2 and of the gradients of red, green and blue. Here, q is the
-            gradient of the exponent, and e is the vertical offset of the row from the Gaussian's
-            center.
+        column_sums: `[9 TILE]` nine sums over the rows for every column. The function adds to the
+            first six: the sums of q, q e, q e^2 and of the gradients of red, green and blue. Here,
+            q is the gradient of the exponent, and e is the vertical offset of the row from the
+            Gaussian's center.
     """
     a, b, c = conic
     r, g, b_ = color
@@ -89,32 +89,24 @@ def _add_gradients(rows, first, end, dx, dy, conic, opacity, color, column_sums)
             column_sums[5 * TILE + x] += w * g_blue
 
 
-@summing_kernel
+@fused_kernel
 def _finish_gradients(column_sums, dx, conic, opacity, gradients):
     """Compute a pair's gradients from column sums: mean (2), conic (3), color (3), opacity (1)."""
     a, b, c = conic
-    s, sx, sy, sxx, sxy, syy = _0, _0, _0, _0, _0, _0
-    red, green, blue = _0, _0, _0
     for x in range(TILE):
         d = dx + np.float32(x)
-        q, qe = column_sums[x], column_sums[TILE + x]
-        qd = q * d
-        s += q
-        sx += qd
-        sy += qe
-        sxx += qd * d
-        sxy += qe * d
-        syy += column_sums[2 * TILE + x]
-        red += column_sums[3 * TILE + x]
-        green += column_sums[4 * TILE + x]
-        blue += column_sums[5 * TILE + x]
+        column_sums[6 * TILE + x] = column_sums[x] * d
+        column_sums[7 * TILE + x] = column_sums[x] * d * d
+        column_sums[8 * TILE + x] = column_sums[TILE + x] * d
+    sx, sy = _sum_columns(column_sums, 6), _sum_columns(column_sums, 1)
+    gradients[8] = -_sum_columns(column_sums, 0) / opacity
     gradients[0] = -_2 * a * sx - b * sy
     gradients[1] = -_2 * c * sy - b * sx
-    gradients[2] = _HALF * sxx
-    gradients[3] = sxy
-    gradients[4] = _HALF * syy
-    gradients[5], gradients[6], gradients[7] = red, green, blue
-    gradients[8] = -s / opacity
+    gradients[2] = _HALF * _sum_columns(column_sums, 7)
+    gradients[3] = _sum_columns(column_sums, 8)
+    gradients[4] = _HALF * _sum_columns(column_sums, 2)
+    for k in range(3):
+        gradients[5 + k] = _sum_columns(column_sums, 3 + k)
 
 
 @fused_kernel
@@ -143,7 +135,7 @@ def _composite_backward(
             color, weighted by the gradient; the gradients of red, green, blue and alpha.
         pair_gradients: `[n, 9]` output: gradients of mean (2), conic (3), color (3), opacity (1).
     """
-    column_sums = np.empty(6 * TILE, dtype=np.float32)
+    column_sums = np.empty(9 * TILE, dtype=np.float32)
     entry_count = indices.size
     while entry_count > 0 and indices[entry_count - 1] < fixed_count:
         entry_count -= 1
@@ -162,6 +154,17 @@ def _composite_backward(
             column_sums[:] = _0
             _add_gradients(rows, first, end, dx, dy, conic, opacities[i], color, column_sums)
             _finish_gradients(column_sums, dx, conic, opacities[i], pair_gradients[k])
+
+
+@kernel
+def _sum_columns(column_sums, k):
+    """Return the sum of row k of the column sums; the pairwise summation overwrites the row."""
+    row = column_sums[k * TILE : (k + 1) * TILE]
+    for x in range(8):
+        row[x] += row[x + 8]
+    for x in range(4):
+        row[x] += row[x + 4]
+    return (row[0] + row[2]) + (row[1] + row[3])
 
 
 @parallel_kernel

@@ -8,7 +8,7 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.rendering.compiled import fused_kernel, inlined_kernel, parallel_kernel
+from quarc_ref.rendering.compiled import inlined_kernel, kernel, parallel_kernel
 from quarc_ref.rendering.matrix_kernels import (
     multiply_matrices_transposed,
     multiply_vector_transposed,
@@ -46,7 +46,7 @@ def project_backward(
         )  # fmt: skip
 
 
-@fused_kernel
+@kernel
 def _project_block_backward(
     first, end, camera, means, quaternions, scales, sh, max_exponents, colors,
     g_means2d, g_conics, g_colors, g_means, g_quaternions, g_scales, g_sh,

@@ -19,7 +19,7 @@ import math
 import numba
 import numpy as np
 
-from quarc_ref.rendering.compiled import fused_kernel, inlined_kernel, parallel_kernel
+from quarc_ref.rendering.compiled import inlined_kernel, kernel, parallel_kernel
 from quarc_ref.rendering.matrix_kernels import (
     multiply_matrices,
     multiply_vector,
@@ -62,7 +62,7 @@ def project_forward(
         )  # fmt: skip
 
 
-@fused_kernel
+@kernel
 def _project_block(
     first, end, camera, means, quaternions, scales, opacities, sh,
     means2d, conics, colors, depths, max_exponents, radii,
