@@ -51,7 +51,8 @@ class _LogSink(io.TextIOWrapper):
     """
 
     def __init__(self, file: BinaryIO, path: Path, *, keep: bool) -> None:
-        super().__init__(file, encoding="utf-8", write_through=False)
+        # The end of a line is the same on all systems, like the one that `_prepare` writes.
+        super().__init__(file, encoding="utf-8", newline="\n", write_through=False)
         self._file, self._path, self._keep = file, path, keep
         self._is_prepared = False
 
