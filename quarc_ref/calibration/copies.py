@@ -7,9 +7,11 @@ import numpy as np
 
 from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import Recordings
-from quarc_ref.encoder.checks.equal_pictures import find_equal_pictures, make_thumbnail
-
-_MIN_CONTRAST = 8  # levels; covered cameras show the same black picture
+from quarc_ref.encoder.checks.equal_pictures import (
+    find_equal_pictures,
+    is_blank,
+    make_thumbnail,
+)
 
 
 def require_distinct_recordings(recordings: Recordings) -> None:
@@ -23,7 +25,7 @@ def require_distinct_recordings(recordings: Recordings) -> None:
     for camera, name in enumerate(recordings.names):
         picture = recordings.pictures.read(camera, 0)
         thumbnail = make_thumbnail(picture.astype(np.float32).mean(axis=2))
-        if np.ptp(thumbnail) >= _MIN_CONTRAST:
+        if not is_blank(thumbnail):
             thumbnails[name] = thumbnail
     for finding in find_equal_pictures([*thumbnails], [*thumbnails.values()]):
         raise CalibrationError(finding.message)

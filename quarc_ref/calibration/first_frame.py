@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.recordings import Recordings
 from quarc_ref.datasets.calibration import CalibratedCamera, make_camera
 from quarc_ref.datasets.camera_geometry import project_points
@@ -10,6 +11,7 @@ from quarc_ref.datasets.capture import Image, Points
 from quarc_ref.datasets.capture_notes import CaptureNotes
 from quarc_ref.datasets.triangulation import triangulate
 from quarc_ref.datasets.undistortion import Rectifier
+from quarc_ref.encoder.checks.blank_pictures import TRIM_REMEDY, are_blank, are_lights_off
 from quarc_ref.encoder.checks.color_agreement import compare_colors
 
 # If there are more cameras than this, points are triangulated without the first camera.
@@ -30,7 +32,18 @@ class FirstFrame:
     pictures: tuple[Image, ...]
 
     def triangulate_points(self) -> Points:
-        """Triangulate points without the first camera, because `encode` holds it out by default."""
+        """Triangulate points without the first camera, because `encode` holds it out by default.
+
+        Raises:
+            CalibrationError: Most cameras show nothing in frame 0.
+            CaptureError: Too few points are found.
+        """
+        if are_lights_off(are_blank(self.pictures)):
+            message = (
+                "most cameras show nothing in frame 0, the first that all cameras recorded, so no "
+                f"scene points can be found there: {TRIM_REMEDY}"
+            )
+            raise CalibrationError(message)
         first_index = 1 if len(self.cameras) > _MIN_TRIANGULATION_CAMERAS else 0
         return triangulate(self.cameras[first_index:], list(self.pictures[first_index:]))
 

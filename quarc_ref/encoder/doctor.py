@@ -14,6 +14,11 @@ from quarc_ref.datasets.errors import CaptureError, HeldOutError, StartError
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.datasets.layouts.table import choose_layout
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
+from quarc_ref.encoder.checks.blank_pictures import (
+    COVERED,
+    find_blank_frames,
+    ignore_blank_frames,
+)
 from quarc_ref.encoder.checks.capture_checks import check_capture
 from quarc_ref.encoder.checks.epipolar import find_wrong_poses
 from quarc_ref.encoder.checks.exposure_changes import find_exposure_changes
@@ -109,15 +114,20 @@ def examine(folder: Path, options: ExamineOptions | None = None) -> Diagnosis:
 
 def _examine_frames(capture: Capture, progress: Progress) -> list[Finding]:
     """Return findings from all frames of all cameras."""
-    names = [camera.name for camera in capture.cameras]
+    names, start = [camera.name for camera in capture.cameras], capture.start
     recordings = read_recordings(capture, lambda *done: progress.advance("frames", *done))
+    findings = [*find_unreadable(names, recordings, start), *find_interlaced_videos(capture)]
+    # Where only a subject shows, its motion cannot be told from that of the camera.
+    if capture.alphas is None:
+        moved = list(find_moved_cameras(names, recordings, start))
+        covered_names = {name for f in moved if f.kind == COVERED for name in f.cameras}
+        blank = find_blank_frames(names, recordings, start)
+        findings += [*moved, *(f for f in blank if covered_names.isdisjoint(f.cameras))]
+        recordings = [ignore_blank_frames(recording) for recording in recordings]
     return [
-        *find_unreadable(names, recordings, capture.start),
-        *find_interlaced_videos(capture),
+        *findings,
         *find_exposure_changes(names, recordings),
-        *find_motion_faults(capture.cameras, recordings, capture.notes.offsets, capture.start),
-        # Where only a subject shows, its motion cannot be told from that of the camera.
-        *(find_moved_cameras(names, recordings, capture.start) if capture.alphas is None else ()),
+        *find_motion_faults(capture.cameras, recordings, capture.notes.offsets, start),
         *find_wrong_poses(capture),
     ]
 
@@ -129,17 +139,25 @@ def _to_finding(error: Exception) -> Finding:
 
 
 def _drop_repeated_findings(findings: list[Finding]) -> tuple[Finding, ...]:
-    """Drop epipolar findings about cameras that the check of colors has already reported."""
+    """Drop findings about cameras of which another finding says more.
+
+    The check of colors says more than that of matches, and the check of all frames, which comes
+    last, says more than that of frame 0 about what a camera does not show.
+    """
     reported_cameras = {
         camera
         for finding in findings
         if finding.kind in _COLOR_CHECK_KINDS
         for camera in finding.cameras
     }
+    last_covered = {finding.cameras: finding for finding in findings if finding.kind == COVERED}
     return tuple(
         finding
         for finding in findings
-        if finding.kind != "epipolar-error" or not reported_cameras.issuperset(finding.cameras)
+        if not (
+            (finding.kind == "epipolar-error" and reported_cameras.issuperset(finding.cameras))
+            or (finding.kind == COVERED and last_covered[finding.cameras] is not finding)
+        )
     )
 
 

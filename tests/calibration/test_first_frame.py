@@ -1,5 +1,7 @@
 import numpy as np
+import pytest
 
+from quarc_ref.calibration.errors import CalibrationError
 from quarc_ref.calibration.first_frame import read_first_frame
 from quarc_ref.calibration.recordings import Recordings
 from tests.calibration.rigs import LENS, make_ring
@@ -22,3 +24,12 @@ def test_a_camera_that_is_left_out_does_not_move_frame_0_of_the_capture():
 
     assert [picture.max() for picture in all_pictures] == [22, 25, 22, 0]
     assert [picture.max() for picture in pictures] == [0, 3, 0]
+
+
+def test_videos_that_begin_with_black_frames_are_an_error_with_a_remedy():
+    cameras = make_ring(4)
+    recordings = Recordings(tuple(camera.name for camera in cameras), NumberedPictures())
+    first_frame = read_first_frame(cameras, recordings, dict.fromkeys(recordings.names, 0.0))
+
+    with pytest.raises(CalibrationError, match="off the beginning of all videos"):
+        first_frame.triangulate_points()

@@ -117,6 +117,13 @@ def cover_camera(folder):
     )
 
 
+def begin_with_black(folder, name=CAMERA, count=1):
+    """Make the first pictures of a camera black, as some cameras and editing programs do."""
+    path = folder / f"{name}.mp4"
+    pictures = scenes.read_video(path)
+    scenes.write_video(path, [np.zeros_like(pictures[0])] * count + pictures[count:])
+
+
 def repeat_frames(folder):
     rewrite_video(
         folder, lambda pictures: [pictures[i - (i % 3 == 2)] for i in range(len(pictures))]

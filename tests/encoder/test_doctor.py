@@ -11,7 +11,14 @@ from quarc_ref.encoder import choose_preset, doctor
 from quarc_ref.encoder.checks.machine import FreeResources
 from quarc_ref.encoder.doctor import ExamineOptions, examine
 from quarc_ref.synth import SynthOptions, write_synthetic_capture
-from tests.encoder.planted_files import CAMERA, FAULTS, damage_frame, delay_video, repeat_frames
+from tests.encoder.planted_files import (
+    CAMERA,
+    FAULTS,
+    begin_with_black,
+    damage_frame,
+    delay_video,
+    repeat_frames,
+)
 from tests.marks import thorough
 
 _STILL_CAPTURE = Path(__file__).resolve().parents[3] / "shared" / "data" / "n3dv_flame_steak_frame0"
@@ -149,3 +156,28 @@ def test_the_reported_offset_includes_that_of_the_capture(folder):
 
     assert "3 frames early: in" in finding.message
     assert "change its offset to 0 " in finding.message
+
+
+@pytest.mark.parametrize(("count", "frames"), [(1, "0"), (2, "[0, 1]")])
+def test_black_frames_at_the_beginning_have_one_finding_whose_remedy_works(folder, count, frames):
+    begin_with_black(folder, count=count)
+    (quick_finding,) = find_faults(folder, quick=True)
+    (finding,) = find_faults(folder)
+
+    assert (quick_finding.kind, quick_finding.cameras) == ("camera-covered", (CAMERA,))
+    assert "shows nothing in frame 0" in quick_finding.message
+    assert (finding.kind, finding.cameras) == ("camera-covered", (CAMERA,))
+    ignored = f'"ignored_frames": {{"{CAMERA}": [{frames}]}}'
+    assert f"add {ignored} to" in finding.message
+
+    (folder / "quarc-capture.json").write_text(f"{{{ignored}}}")
+    assert find_faults(folder) == ()
+
+
+def test_black_frames_at_the_beginning_of_all_videos_have_one_finding(folder):
+    for path in folder.glob("*.mp4"):
+        begin_with_black(folder, path.stem)
+    (finding,) = find_faults(folder)
+
+    assert finding.kind == "blank-first-frame"
+    assert "off the beginning of all videos" in finding.message

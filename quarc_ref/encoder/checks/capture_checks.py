@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.camera_geometry import camera_center, project_points
 from quarc_ref.datasets.capture import Capture, Points
 from quarc_ref.datasets.findings import Finding, format_names
+from quarc_ref.encoder.checks.blank_pictures import are_blank, find_blank_first_pictures
 from quarc_ref.encoder.checks.mask_checks import find_black_masks, find_faint_alpha
 from quarc_ref.encoder.checks.picture_checks import find_odd_pictures
 from quarc_ref.encoder.checks.pose_checks import MIN_TRAINING_CAMERAS, find_wrong_poses
@@ -64,6 +65,7 @@ def check_capture(capture: Capture) -> list[Finding]:
         )
         raise UnusableCaptureError(message)
     return [
+        *find_blank_first_pictures(projected),
         *find_black_masks(capture),
         *find_faint_alpha(capture),
         *_find_distant_origin(projected, capture.points),
@@ -82,16 +84,25 @@ def _measure_visibility(capture: Capture, cameras: tuple[Camera, ...]) -> Projec
     positions = points.positions[indices]
     projections = tuple(project_points(camera, positions) for camera in cameras)
     is_visible = np.stack([projection.is_visible for projection in projections])
-    return ProjectedPoints(cameras, positions, points.colors[indices], projections, is_visible)
+    return ProjectedPoints(
+        cameras,
+        positions,
+        points.colors[indices],
+        projections,
+        is_visible,
+        are_blank(read_first_frame(capture)) & (capture.alphas is None),
+    )
 
 
 def _find_odd_pictures(capture: Capture, projected: ProjectedPoints) -> Iterator[Finding]:
-    """Return the findings of `find_odd_pictures`; pictures without the subject are not compared."""
+    """Return the findings of `find_odd_pictures`; pictures that show nothing are not compared."""
     positions = [
         position
         for position, picture in enumerate(read_first_frame(capture))
-        if capture.alphas is None or picture.any()
+        if not projected.is_blank[position] and (capture.alphas is None or picture.any())
     ]
+    if len(positions) < MIN_TRAINING_CAMERAS:
+        return iter(())
     full_capture = capture.full_capture
     indices = full_capture.training_at(0)
     return find_odd_pictures(

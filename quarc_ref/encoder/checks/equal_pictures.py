@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from quarc_ref.datasets.findings import Finding
 
 _MAX_DIFFERENCE = 0.5  # levels, between pictures that were compressed differently
+_MIN_CONTRAST = 8  # levels; pictures with less are those of covered lenses, or black frames
 _COLUMNS = 32
 
 Thumbnail = NDArray[np.float64]
@@ -22,6 +23,11 @@ def make_thumbnail(gray: NDArray[np.float32]) -> Thumbnail:
         rows, square_size, columns, square_size
     )
     return np.asarray(squares.mean(axis=(1, 3)), dtype=np.float64)
+
+
+def is_blank(thumbnail: Thumbnail) -> bool:
+    """Return whether a picture shows nothing."""
+    return bool(np.ptp(thumbnail) < _MIN_CONTRAST)
 
 
 def find_equal_pictures(names: Sequence[str], thumbnails: Sequence[Thumbnail]) -> Iterator[Finding]:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from quarc_ref.datasets.findings import Finding, format_names
 from quarc_ref.datasets.ignored_frames import FrameSpan, suggest_ignoring
+from quarc_ref.encoder.checks.blank_pictures import COVERED
 from quarc_ref.encoder.checks.picture_shift import CELL_PIXELS, Picture, ReferencePicture
 from quarc_ref.encoder.checks.recording import GrayFrames, Recording
 
@@ -83,7 +84,7 @@ def _report_covered(name: str, changes: Sequence[_Change]) -> Finding:
         f"{name} shows almost nothing {_describe_spans(spans)}, so it was probably covered, or "
         f"switched off: {suggest_ignoring(name, spans)}"
     )
-    return Finding("camera-covered", message, (name,))
+    return Finding(COVERED, message, (name,))
 
 
 def _report_moved(name: str, changes: Sequence[_Change]) -> Finding:

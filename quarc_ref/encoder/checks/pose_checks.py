@@ -43,8 +43,9 @@ def find_wrong_poses(capture: Capture, projected: ProjectedPoints) -> Iterator[F
             message,
             projected.name_cameras([i for i, _ in disagreement.mixed_up_pairs]),
         )
-    if disagreement.wrong_cameras:
-        names = projected.name_cameras(disagreement.wrong_cameras)
+    wrong_cameras = [i for i in disagreement.wrong_cameras if not projected.is_blank[i]]
+    if wrong_cameras:
+        names = projected.name_cameras(wrong_cameras)
         message = (
             f"the pictures of {format_names(names)} do not show the initial points at the "
             "pixels that their poses predict. If other cameras are fine, these poses are wrong: "

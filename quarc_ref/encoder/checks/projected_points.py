@@ -21,6 +21,8 @@ class ProjectedPoints:
         colors: `[P, 3]` sRGB colors, 0 to 255.
         projections: Projection of the points into each camera.
         is_visible: `[V, P]` whether a point projects into the picture of a camera.
+        is_blank: `[V]` whether the picture of a camera shows nothing; False if the background is
+            transparent.
     """
 
     cameras: tuple[Camera, ...]
@@ -28,6 +30,7 @@ class ProjectedPoints:
     colors: NDArray[np.uint8]
     projections: tuple[PointProjection, ...]
     is_visible: NDArray[np.bool_]
+    is_blank: NDArray[np.bool_]
 
     def name_cameras(self, indices: Sequence[int] | NDArray[np.intp]) -> tuple[str, ...]:
         """Return the names of cameras, given by their indices in `cameras`."""
