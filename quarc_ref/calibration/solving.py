@@ -200,7 +200,10 @@ def _explain_failure(graph: MatchGraph, camera: int, support: int | None) -> str
             f"it has fewer than {MIN_MATCHES} matches with every other camera: it may show "
             "another scene, or be too far from the others"
         )
-    return f"no pose fits its matches with {_list_neighbors(neighbors)}"
+    return (
+        f"no pose fits its matches with {_list_neighbors(neighbors)}: use more pictures "
+        "(--moments 16), or add a camera between this camera and the others"
+    )
 
 
 def _list_neighbors(neighbors: Sequence[tuple[int, str]]) -> str:

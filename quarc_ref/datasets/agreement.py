@@ -135,6 +135,7 @@ def compare_rotations(names: Sequence[str], rotations: Sequence[int]) -> Finding
     message = (
         f"rotation flags differ: {_join_descriptions(descriptions)}, but the others are "
         f"rotated by {common_rotation % 360} degrees. If all cameras were mounted the same way, "
+        "and the poses are for the pictures as stored (those of calibrate are for rotated ones), "
         f"{FLAG_REMEDY}"
     )
     return Finding("rotation-flags", message, tuple(names[i] for i in outliers))

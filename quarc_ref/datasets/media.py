@@ -60,10 +60,12 @@ def open_media(path: Path) -> InputContainer:
 
     Raises:
         MissingFileError: The file does not exist, or cannot be read.
-        TruncatedVideoError: The file ends before its frame table.
+        TruncatedVideoError: The file is empty, or ends before its frame table.
         UnreadableVideoError: The path is not a regular file or not a supported video.
     """
-    _require_regular_file(path)
+    if not _require_regular_file(path):
+        message = f"{path} is empty: copy it from the camera again, or remove it"
+        raise TruncatedVideoError(message)
     # After "file:", FFmpeg interprets no part of a name. Demuxers that would open further files are
     # not allowed, and network protocols are disabled as well.
     options = {"format_whitelist": _DEMUXERS, "protocol_whitelist": "file", **_DECODER_LIMITS}

@@ -9,6 +9,9 @@ from quarc_ref.datasets.natural_order import natural_order
 _PATTERNS = ("*/*", "*/*/*", "*/*/*/*")  # as deep as cam00/DCIM/100GOPRO/GX010001.MP4
 _MAX_PATHS = 10_000  # of each pattern
 _MIN_CAMERAS = 3
+_JOIN_PARTS = (  # Cameras with FAT or exFAT cards begin a new file every 4 GB.
+    ". If the videos in a folder are parts of one recording, join them first (ffmpeg -f concat)"
+)
 
 
 def describe_nested_videos(folder: Path) -> str:
@@ -26,7 +29,8 @@ def describe_nested_videos(folder: Path) -> str:
     if len(folder_names) < 2:
         return ""
     first = min(names, key=lambda name: natural_order(str(name)))
+    has_parts = len(names) > len(folder_names)
     return (
         f". {first} is in a folder of its own: put the videos of all cameras into one folder, with "
-        f"names such as {first.parts[0]}{first.suffix}"
+        f"names such as {first.parts[0]}{first.suffix}{_JOIN_PARTS if has_parts else ''}"
     )

@@ -8,8 +8,10 @@ from pathlib import Path
 
 _SUFFIXES = frozenset(
     {
-        *(".avi", ".flv", ".insv", ".m2ts", ".mpeg", ".mpg", ".mts", ".mxf", ".wmv"),
-        *(".avif", ".bmp", ".exr", ".heic", ".heif", ".tif", ".tiff", ".webp"),
+        *(".360", ".asf", ".avi", ".braw", ".dv", ".flv", ".insv", ".m2t", ".m2ts", ".mpeg"),
+        *(".mpg", ".mts", ".mxf", ".ogv", ".r3d", ".ts", ".vob", ".wmv", ".y4m"),
+        *(".264", ".265", ".h264", ".h265", ".hevc", ".mjpeg", ".mjpg"),  # of Raspberry Pis
+        *(".avif", ".bmp", ".exr", ".heic", ".heif", ".jp2", ".jxl", ".tif", ".tiff", ".webp"),
         *(".arw", ".cr2", ".cr3", ".dng", ".nef"),
     }
 )

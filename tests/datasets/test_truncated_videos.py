@@ -81,3 +81,11 @@ def test_every_cut_within_the_table_of_frames_is_called_truncated(tmp_path, deco
         path.write_bytes(data[:length])
         with pytest.raises(TruncatedVideoError, match=r"cut.mp4 is truncated"):
             VideoReader(path)
+
+
+def test_an_empty_video_is_named(tmp_path):
+    path = tmp_path / "cam00.mp4"
+    path.touch()
+
+    with pytest.raises(TruncatedVideoError, match=r"cam00.mp4 is empty: copy it from the camera"):
+        VideoReader(path)

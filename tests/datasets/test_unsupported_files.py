@@ -14,7 +14,7 @@ from quarc_ref.datasets.nested_videos import describe_nested_videos
 from quarc_ref.datasets.unsupported_files import describe_unsupported_files
 from tests.datasets import scenes
 
-NAMES = ["cam00.AVI", "cam00/0000.webp", "images/cam00/0000.tif"]
+NAMES = ["cam00.AVI", "cam00.h264", "cam00.360", "cam00/0000.webp", "images/cam00/0000.tif"]
 
 
 def add_file(folder, name):
@@ -49,6 +49,15 @@ def test_videos_in_a_folder_for_each_camera_are_named(tmp_path, name):
     shutil.rmtree(tmp_path / "cam00")
     shutil.rmtree(tmp_path / "cam01")
     assert describe_nested_videos(tmp_path) == ""
+
+
+def test_parts_of_recordings_in_a_folder_for_each_camera_are_to_be_joined(tmp_path):
+    for camera in range(4):
+        for part in (1, 2):
+            add_file(tmp_path, f"cam{camera:02d}/GX0{part}0001.MP4")
+
+    with pytest.raises(CalibrationError, match=r"are parts of one recording, join them first"):
+        find_recordings(tmp_path)
 
 
 def test_a_folder_with_all_videos_is_named(tmp_path):
