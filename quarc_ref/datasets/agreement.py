@@ -6,6 +6,7 @@ They should have the same frame rate, length and rotation flag.
 import math
 from collections import Counter
 from collections.abc import Sequence
+from itertools import compress
 from statistics import median_high
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from quarc_ref.datasets.capture_notes import NOTES_NAME
 from quarc_ref.datasets.errors import FrameRateError
 from quarc_ref.datasets.findings import STATED_FRAME_RATE, UNEVEN_LENGTHS, Finding, format_names
+from quarc_ref.datasets.ignored_frames import suggest_ignoring_ends
 from quarc_ref.datasets.orientation import FLAG_REMEDY
 from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 from quarc_ref.format.frame_rate import MAX_FRAME_RATE, MIN_FRAME_RATE, is_frame_rate
@@ -26,6 +28,7 @@ _MAX_USUAL_DURATION = 1.5  # Relative to the median; frames before a missing one
 _MAX_DRIFT = 0.5  # frames; larger ones are closer to another frame
 _MAX_JITTER = 0.1  # frames, between the first and last frame; rates of short videos depend on it
 _MAX_DESCRIPTIONS = 5
+_MAX_LOST_SHARE = 0.05  # of the frames, because of a camera that ends early
 _OTHER_MATRICES = {1: "BT.709", 7: "SMPTE 240M", 9: "BT.2020", 10: "BT.2020"}  # than BT.601
 
 
@@ -113,7 +116,7 @@ def compare_lengths(
         frames = f"{format_count(count, 'frame')} of every camera, beginning at its offset,"
     message = (
         f"{_join_descriptions(descriptions)}, but the others have {common_length}: only {frames} "
-        f"{'is' if count == 1 else 'are'} used"
+        f"{'is' if count == 1 else 'are'} used{_suggest_using_others(names, common_counts)}"
     )
     return Finding(UNEVEN_LENGTHS, message, tuple(names[i] for i in outliers))
 
@@ -159,13 +162,19 @@ def find_hdr_videos(names: Sequence[str], hdr_flags: Sequence[bool]) -> Finding 
     return Finding("hdr-video", message, hdr_names)
 
 
-def compare_color_matrices(names: Sequence[str], matrices: Sequence[int]) -> Finding | None:
+def compare_color_matrices(
+    names: Sequence[str], matrices: Sequence[int], hdr_flags: Sequence[bool]
+) -> Finding | None:
     """Return a finding if only some videos state that their colors are not BT.601, or None.
 
     Args:
         names: Names of the cameras.
         matrices: `[camera]` matrix that the video states, as in `VideoReader`.
+        hdr_flags: `[camera]` whether the video is HDR. These are not compared, because they have
+            to be converted, and then have another matrix.
     """
+    is_compared = [not is_hdr for is_hdr in hdr_flags]
+    names, matrices = [*compress(names, is_compared)], [*compress(matrices, is_compared)]
     unstated = tuple(
         name for name, matrix in zip(names, matrices, strict=True) if matrix == UNSTATED_MATRIX
     )
@@ -196,6 +205,17 @@ def compare_stated_rate(stated_rate: float | None, video_rate: float) -> Finding
         f"correct or remove 'fps', or confirm it with 'frames_per_second' in {NOTES_NAME}"
     )
     return Finding(STATED_FRAME_RATE, message)
+
+
+def _suggest_using_others(names: Sequence[str], counts: Sequence[int]) -> str:
+    """Return advice if a few cameras end much earlier than most others; empty if not."""
+    common_count = median_high(counts)
+    min_count = (1 - _MAX_LOST_SHARE) * common_count
+    ends = {name: count for name, count in zip(names, counts, strict=True) if count < min_count}
+    has_others = 2 * len(ends) < len(names)
+    if not ends or not has_others or len(ends) > _MAX_DESCRIPTIONS or min(ends.values()) < 1:
+        return ""
+    return f"; {suggest_ignoring_ends(ends)}"
 
 
 def _require_constant_frame_rates(videos: Sequence[VideoReader]) -> None:

@@ -100,10 +100,23 @@ def suggest_ignoring(camera: str, spans: Sequence[FrameSpan]) -> str:
         camera: Name of the camera.
         spans: Spans of frames of the synchronized recording.
     """
-    entry = json.dumps(IgnoredFrames({camera: tuple(spans)}).to_json())
+    return f"{_suggest_adding({camera: tuple(spans)})}, so that only the other cameras are used"
+
+
+def suggest_ignoring_ends(frame_counts: Mapping[str, int]) -> str:
+    """Return advice to use cameras until they end and the others longer, as part of a sentence.
+
+    Args:
+        frame_counts: Number of frames of each camera that ends early, in the synchronized
+            recording.
+    """
+    ends = {name: ((count, None),) for name, count in frame_counts.items()}
+    return f"to use the other cameras longer, {_suggest_adding(ends)}"
+
+
+def _suggest_adding(spans: Mapping[str, tuple[FrameSpan, ...]]) -> str:
     return (
-        f'add "ignored_frames": {entry} to quarc-capture.json, so that only the other cameras are '
-        "used"
+        f'add "ignored_frames": {json.dumps(IgnoredFrames(spans).to_json())} to quarc-capture.json'
     )
 
 

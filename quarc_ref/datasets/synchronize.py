@@ -82,7 +82,7 @@ def _compare_recordings(
     findings = (
         compare_rotations(names, source.rotations),
         find_hdr_videos(names, source.hdr_flags),
-        compare_color_matrices(names, source.color_matrices),
+        compare_color_matrices(names, source.color_matrices, source.hdr_flags),
         find_odd_principal_points(footage.cameras),
         find_stretched_pixels(footage.cameras, source.pixel_aspects),
         compare_frame_rates(names, source.frame_rates, last_frame),

@@ -10,6 +10,7 @@ import pytest
 from av.video.reformatter import Colorspace, ColorTrc
 
 from quarc_ref.datasets.agreement import (
+    compare_color_matrices,
     compare_frame_rates,
     compare_lengths,
     require_common_frame_rate,
@@ -17,7 +18,7 @@ from quarc_ref.datasets.agreement import (
 from quarc_ref.datasets.errors import FrameRateError, TooFewFramesError
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
 from quarc_ref.datasets.pictures import VideoPictures
-from quarc_ref.datasets.video import VideoReader
+from quarc_ref.datasets.video import UNSTATED_MATRIX, VideoReader
 from tests.datasets import forgeries, scenes
 
 REGULAR_TIMES = [round(index * 1000 / 30) for index in range(12)]
@@ -163,8 +164,26 @@ def test_shorter_and_longer_videos_are_named_and_all_are_cut(folder, pictures):
     assert finding.kind == "uneven-lengths"
     assert finding.message == (
         "cam01 has 4 frames, cam04 has 7 frames, but the others have 6: only the first 4 frames of "
-        "every camera are used"
+        'every camera are used; to use the other cameras longer, add "ignored_frames": {"cam01": '
+        "[[4, null]]} to quarc-capture.json"
     )
+
+
+def test_the_remedy_for_a_camera_that_ends_early_uses_the_others_longer(folder, pictures):
+    scenes.write_video(folder / "cam01.mp4", pictures[1][:4])
+    (finding,) = open_capture(folder).findings
+
+    notes = finding.message.split("longer, add ")[1].split(" to ")[0]
+    (folder / "quarc-capture.json").write_text(f"{{{notes}}}")
+    capture = open_capture(folder)
+    assert (capture.frame_count, capture.findings) == (6, ())
+
+
+@pytest.mark.parametrize("lengths", [[99, 95, 99, 99], [99, 50, 50, 50], [1, 99, 40, 99]])
+def test_other_cameras_are_not_used_longer_for_few_frames_or_by_few(lengths):
+    names = ["cam00", "cam01", "cam02", "cam03"]
+
+    assert "longer" not in compare_lengths(names, lengths).message
 
 
 def test_rates_that_differ_slightly_are_a_finding_when_they_add_up_to_half_a_frame():
@@ -197,7 +216,8 @@ def test_lengths_are_compared_after_the_offsets():
     finding = compare_lengths(names, lengths, [0, 4, 7])
     assert finding.message == (
         "cam01 has 104 frames, but the others have 100: only 93 frames of every camera, beginning "
-        "at its offset, are used"
+        'at its offset, are used; to use the other cameras longer, add "ignored_frames": {"cam02": '
+        "[[93, null]]} to quarc-capture.json"
     )
 
 
@@ -211,7 +231,8 @@ def test_lengths_are_compared_after_the_offsets():
 def test_a_single_common_frame_is_named_in_the_singular(offsets, used_frames):
     finding = compare_lengths(["cam00", "cam01", "cam02"], [6, 1, 6], offsets)
 
-    assert finding.message == f"cam01 has 1 frame, but the others have 6: only {used_frames}"
+    message, *_ = finding.message.split("; to use the other cameras longer")
+    assert message == f"cam01 has 1 frame, but the others have 6: only {used_frames}"
 
 
 def test_enough_common_frames_suffice(folder, pictures):
@@ -260,6 +281,14 @@ def test_videos_that_do_not_state_the_color_matrix_of_others_are_named(folder, s
 
     assert (finding.kind, finding.cameras) == ("color-matrices", ("cam03", "cam04"))
     assert "read as BT.601, but others state BT.709" in finding.message
+
+
+def test_the_color_matrix_of_hdr_videos_is_not_one_that_others_should_state():
+    matrices = [UNSTATED_MATRIX, UNSTATED_MATRIX, int(Colorspace.BT2020)]
+    names = ["cam00", "cam01", "cam02"]
+
+    assert compare_color_matrices(names, matrices, [False, False, True]) is None
+    assert compare_color_matrices(names, matrices, [False, False, False])
 
 
 @pytest.mark.parametrize("matrix", [Colorspace.ITU709, Colorspace.ITU601])

@@ -181,3 +181,11 @@ def test_black_frames_at_the_beginning_of_all_videos_have_one_finding(folder):
 
     assert finding.kind == "blank-first-frame"
     assert "off the beginning of all videos" in finding.message
+
+
+def test_a_camera_that_never_shows_anything_is_to_be_ignored_to_the_end(folder):
+    begin_with_black(folder, count=15)
+    (finding,) = find_faults(folder)
+
+    assert (finding.kind, finding.cameras) == ("camera-covered", (CAMERA,))
+    assert f'add "ignored_frames": {{"{CAMERA}": [[0, null]]}} to' in finding.message

@@ -62,7 +62,9 @@ def find_blank_frames(
     blank &= ~are_lights_off(blank)
     for name, recording, is_covered in zip(names, recordings, blank, strict=True):
         frames = [start + frame for frame in recording.first_frames.frames[is_covered].tolist()]
-        if frames:
+        if is_covered.all() and _find_blank(recording.samples).all():
+            yield _report_covered(name, [(frames[0], None)])
+        elif frames:
             yield _report_covered(name, join_frames(frames))
 
 
@@ -82,10 +84,15 @@ def _find_blank(stored: GrayFrames) -> Flags:
 
 
 def _report_covered(name: str, spans: Sequence[FrameSpan]) -> Finding:
-    frames = format_names([str(a) if a == b else f"{a} to {b}" for a, b in spans])
-    is_single = len(spans) == 1 and spans[0][0] == spans[0][1]
+    frames = format_names([_describe_span(*span) for span in spans])
     message = (
-        f"{name} shows nothing in {'frame' if is_single else 'frames'} {frames}, so it was covered "
-        f"or not recording yet: {suggest_ignoring(name, spans)}"
+        f"{name} shows nothing in {frames}, so it was covered or not recording yet: "
+        f"{suggest_ignoring(name, spans)}"
     )
     return Finding(COVERED, message, (name,))
+
+
+def _describe_span(first: int, last: int | None) -> str:
+    if last is None:
+        return f"frame {first} and all later ones"
+    return f"frame {first}" if first == last else f"frames {first} to {last}"
