@@ -62,7 +62,7 @@ class Quality:
         return [average(views) for views in zip(*self.per_camera.values(), strict=True)]
 
     def mean(self) -> Measures:
-        """Return the means over cameras and frames."""
+        """Return the means of `by_camera` over the cameras, which all have the same weight."""
         return average(self.by_camera().values())
 
     def headings(self) -> list[str]:
@@ -92,13 +92,14 @@ class Quality:
         """
         measured = dict(zip(frames, self.by_frame(), strict=True))
         by_frame = [measured.get(frame, {}) for frame in range(frames[0], frames[-1] + 1)]
+        mean = self.mean()
         return {
-            "psnr": fmean(self.psnr),
-            "ssim": fmean(self.ssim),
+            "psnr": mean["psnr"],
+            "ssim": mean["ssim"],
             "psnr_per_frame": [metrics.get("psnr") for metrics in by_frame],
             "ssim_per_frame": [metrics.get("ssim") for metrics in by_frame],
             "quality": {
-                "mean": self.mean(),
+                "mean": mean,
                 "cameras": [
                     {"camera": camera, **metrics} for camera, metrics in self.by_camera().items()
                 ],

@@ -84,13 +84,14 @@ def _compose_page(evaluation: Evaluation, pictures: dict[str, bytes]) -> bytes:
 
 def _compose_key_figures(evaluation: Evaluation) -> str:
     summary, quality = evaluation.summary, evaluation.quality
+    mean = quality.mean()
     rates = summary.kilobytes_per_frame()
     moved_rate = rates["without_canonical"]  # 0 if all frames are keyframes
     key_figures = {
-        "PSNR, mean": f"{np.mean(quality.psnr):.2f} dB",
+        "PSNR, mean": f"{mean['psnr']:.2f} dB",
         "PSNR, first frame": f"{quality.psnr[0]:.2f} dB",
         "PSNR, worst frame": f"{min(quality.psnr):.2f} dB",
-        "SSIM, mean": f"{np.mean(quality.ssim):.4f}",
+        "SSIM, mean": f"{mean['ssim']:.4f}",
         "KB per frame, without keyframes": f"{moved_rate:.2f}" if moved_rate else "no such frame",
         "KB per frame, whole stream": f"{rates['with_canonical']:.2f}",
         "Gaussians": f"{summary.frames[-1].gaussians:,}",

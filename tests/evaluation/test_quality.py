@@ -47,6 +47,16 @@ def test_per_frame_figures_are_means_over_the_cameras():
     assert quality.mean()["psnr"] == 25.5
 
 
+def test_all_printed_means_are_equal_if_a_camera_lacks_a_frame():
+    first = [_make_metrics(psnr=20.0, ssim=0.5), _make_metrics(psnr=25.0, ssim=0.6)]
+    quality = Quality({"a": first, "b": [{}, _make_metrics(psnr=30.0, ssim=0.9)]})
+    printed = quality.as_json((0, 1))
+
+    mean = printed["quality"]["mean"]
+    assert (printed["psnr"], printed["ssim"]) == (mean["psnr"], mean["ssim"])
+    assert printed["psnr"] == pytest.approx((22.5 + 30) / 2)
+
+
 def test_json_has_means_and_every_frame():
     quality = Quality(
         {"a": [_make_metrics(psnr=100.0), _make_metrics(psnr=30.0, moving_psnr=None)]}

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
-from statistics import mean
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -137,12 +136,12 @@ def print_evaluation(
         }
         print_json(schema, {"file": str(file), **summary.as_json(), **quality_values, **page_names})
         return
-    frames = evaluation.frames
+    frames, mean = evaluation.frames, quality.mean()
     fields = {
         "measured frames": format_frames(frames),
-        "PSNR, held out": f"{mean(quality.psnr):.2f} dB; frame {frames[0]} {quality.psnr[0]:.2f}, "
+        "PSNR, held out": f"{mean['psnr']:.2f} dB; frame {frames[0]} {quality.psnr[0]:.2f}, "
         f"worst {min(quality.psnr):.2f}",
-        "SSIM, held out": f"{mean(quality.ssim):.4f} (ssim_inria)",
+        "SSIM, held out": f"{mean['ssim']:.4f} (ssim_inria)",
     }
     print_fields(file.name, describe_stream(summary) | fields | page_names)
     headings = ["<camera", *quality.headings()]
