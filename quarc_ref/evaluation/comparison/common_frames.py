@@ -3,7 +3,7 @@
 from collections.abc import Collection, Iterator
 
 from quarc_ref.datasets.capture import Capture
-from quarc_ref.evaluation.comparison.entries import EntryError
+from quarc_ref.evaluation.comparison.entries import NUMBERED_KINDS, EntryError
 from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 
 
@@ -41,12 +41,27 @@ def _list_shown_frames(capture: Capture, names: Collection[str]) -> Iterator[int
             yield frame
 
 
-def describe_unequal_frames(inputs: ComparisonInputs) -> list[str]:
-    """Return a remark if some frames are not in all entries, or not in the capture."""
-    if len(_group_by_frames(inputs)) == 1:
-        return []
-    remark = "only frames in common are compared, but sizes include all frames of an entry"
-    return [f"{remark}: {_list_frames(inputs)}"]
+def describe_frames(inputs: ComparisonInputs) -> list[str]:
+    """Return remarks on frames that are not in all entries or not in the capture, and on numbers.
+
+    Many methods number their files from 1. If the capture has one more frame than the entry, each
+    of them would be measured against the next picture, without any other sign of the mistake.
+    """
+    remarks = []
+    if len(_group_by_frames(inputs)) > 1:
+        remark = "only frames in common are compared, but sizes include all frames of an entry"
+        remarks.append(f"{remark}: {_list_frames(inputs)}")
+    later_labels = dict.fromkeys(
+        str(entry.label)
+        for entry in inputs.entries
+        if entry.info.kind in NUMBERED_KINDS and entry.info.frames[:1] == (1,)
+    )
+    remarks += [
+        f"{label} has no frame 0, which is the first encoded frame: if its files are numbered from "
+        "1, renumber them"
+        for label in later_labels
+    ]
+    return remarks
 
 
 def _list_frames(inputs: ComparisonInputs) -> str:

@@ -12,6 +12,10 @@ from quarc_ref.evaluation.same_capture import MismatchError
 from quarc_ref.format.cameras import Camera
 from quarc_ref.rendering.pictures import render_picture
 
+# Kinds of entries whose frames have the numbers in the names of their files.
+PLY_KIND, RENDERS_KIND = "PLY per frame", "renders"
+NUMBERED_KINDS = (PLY_KIND, RENDERS_KIND)
+
 
 class EntryError(MismatchError):
     """An entry is unusable, or cannot be compared with the other entries."""

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from quarc_ref.decoder import Splats
-from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
+from quarc_ref.evaluation.comparison.entries import PLY_KIND, EntryInfo, Label, SplatEntry
 from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.export.errors import UnreadableFramesError
 from quarc_ref.export.frames_in import open_frames
@@ -28,12 +28,12 @@ def open_plys(folder: Path, label: Label) -> SplatEntry:
         [folder] if folder.is_file() else list_plys(folder), folder
     )
     byte_count = sum(path.stat().st_size for path in path_by_frame.values())
-    info = EntryInfo("PLY per frame", tuple(path_by_frame), byte_count)
+    info = EntryInfo(PLY_KIND, tuple(path_by_frame), byte_count)
     return SplatEntry(label, info, lambda frame: _read_ply(path_by_frame[frame]))
 
 
 def list_plys(folder: Path) -> list[Path]:
-    """Return the PLY files of a folder, in no particular order.
+    """Return the PLY files of a folder, in no particular order, without hidden files.
 
     Raises:
         OSError: The folder cannot be read.
@@ -41,7 +41,9 @@ def list_plys(folder: Path) -> list[Path]:
     return [
         path
         for path in folder.iterdir()
-        if path.suffix.lower() == PLY_SUFFIX and not path.is_fifo()
+        if path.suffix.lower() == PLY_SUFFIX
+        and not path.name.startswith(".")  # such as ._frame_0000.ply on macOS
+        and not path.is_fifo()
     ]
 
 

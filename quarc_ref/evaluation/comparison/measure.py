@@ -8,7 +8,7 @@ import numpy as np
 from quarc_ref.datasets.capture import Alpha, Capture, Image
 from quarc_ref.evaluation.camera_group import find_background, list_variants
 from quarc_ref.evaluation.camera_meter import CameraMeter, Measures
-from quarc_ref.evaluation.comparison.common_frames import choose_frames, describe_unequal_frames
+from quarc_ref.evaluation.comparison.common_frames import choose_frames, describe_frames
 from quarc_ref.evaluation.comparison.entries import Entry, EntryInfo, Label
 from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 from quarc_ref.evaluation.lpips import Lpips
@@ -66,7 +66,7 @@ class Comparison:
         shown_views: Views that the page shows.
         variants: Description of each metric's exact variant, keyed by metric name.
         remarks: What limits the comparison, in sentences without a full stop: `doubts` of the
-            inputs, and entries whose frames differ.
+            inputs, and those of `describe_frames`.
     """
 
     measured_entries: list[MeasuredEntry]
@@ -114,7 +114,7 @@ def measure_entries(
     return Comparison(
         meter.list_results(), frames, tuple(inputs.cameras), truth_description,
         inputs.frames_per_second, meter.shown_views, meter.variants,
-        (*inputs.doubts, *describe_unequal_frames(inputs)),
+        (*inputs.doubts, *describe_frames(inputs)),
     )  # fmt: skip
 
 

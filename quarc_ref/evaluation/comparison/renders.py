@@ -12,7 +12,13 @@ import numpy as np
 
 from quarc_ref.datasets.arrangements import is_still
 from quarc_ref.datasets.stills import read_still, read_still_alpha
-from quarc_ref.evaluation.comparison.entries import Entry, EntryError, EntryInfo, Label
+from quarc_ref.evaluation.comparison.entries import (
+    RENDERS_KIND,
+    Entry,
+    EntryError,
+    EntryInfo,
+    Label,
+)
 from quarc_ref.evaluation.comparison.numbered_files import sort_by_frame_number
 from quarc_ref.evaluation.metrics import Picture
 from quarc_ref.format.cameras import Camera
@@ -33,7 +39,7 @@ def open_renders(folder: Path, label: Label, cameras: Collection[str]) -> Entry:
     """
     paths_by_camera = _list_pictures(folder, cameras)
     common_frames = set.intersection(*(set(frames) for frames in paths_by_camera.values()))
-    info = EntryInfo("renders", tuple(sorted(common_frames)), byte_count=None)
+    info = EntryInfo(RENDERS_KIND, tuple(sorted(common_frames)), byte_count=None)
     return _RenderEntry(label, info, paths_by_camera)
 
 

@@ -18,7 +18,7 @@ def test_only_common_frames_are_compared(method_outputs, compare, tmp_path):
 
     common = compare(stream, tmp_path / "few", capture=method_outputs.capture)
     assert common.frames == (1, 2, 3)
-    assert common.remarks[-1].endswith(": 0 to 3 in a; 1 to 3 in few")
+    assert common.remarks[-2].endswith(": 0 to 3 in a; 1 to 3 in few")
     limited = compare(stream, tmp_path / "few", capture=method_outputs.capture, span=(0, 3))
     assert limited.frames == (1, 2)
     with pytest.raises(
@@ -49,6 +49,13 @@ def test_a_named_pipe_is_no_frame(tmp_path):
     assert list_plys(tmp_path) == [tmp_path / "0.ply"]
 
 
+def test_hidden_files_are_no_frames(tmp_path):
+    (tmp_path / "frame_0000.ply").write_bytes(b"")
+    (tmp_path / "._frame_0000.ply").write_bytes(b"")
+
+    assert list_plys(tmp_path) == [tmp_path / "frame_0000.ply"]
+
+
 def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_path):
     for frame, path in enumerate(sorted((method_outputs.folder / "plys").iterdir()), start=1):
         shutil.copy(path, tmp_path / f"{frame}.ply")
@@ -63,6 +70,19 @@ def test_frames_numbered_from_1_are_pointed_out(method_outputs, compare, tmp_pat
     remark = f": 0 to 3 in a; 1 to 4 with gaps in {tmp_path.name}"
     assert with_gap.remarks[0].endswith(remark)
     assert compare(plys, plys, capture=capture).remarks == ()
+
+
+def test_frames_numbered_from_1_are_pointed_out_if_the_capture_has_these_numbers(
+    method_outputs, compare, tmp_path
+):
+    plys, capture = sorted((method_outputs.folder / "plys").iterdir()), method_outputs.capture
+    for frame, path in enumerate(plys[:3], start=1):
+        shutil.copy(path, tmp_path / f"{frame}.ply")
+    (remark,) = compare(tmp_path, tmp_path, capture=capture).remarks
+    (tmp_path / "1.ply").unlink()
+
+    assert remark.startswith(f"{tmp_path.name} has no frame 0, ")
+    assert compare(tmp_path, tmp_path, capture=capture).remarks == ()
 
 
 @pytest.mark.parametrize("with_capture", [True, False])
