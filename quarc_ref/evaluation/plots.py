@@ -1,9 +1,9 @@
 """Draws the plots and encodes the pictures of evaluations as PNG."""
 
 import io
+import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import cycle
 
 import matplotlib.image
 import numpy as np
@@ -26,6 +26,7 @@ _KIND_COLORS = {
     "overhead": _GRAY,
 }
 _CURVE_COLORS = (_BLUE, _ORANGE, _GREEN, _GRAY, _PURPLE, _TEAL)
+_CURVE_STYLES = ("-", "--", ":")  # the next style is used when all colors have been used
 # in characters: maximum length of a label and of a legend line; width of the mark before a label
 _MAX_LABEL_LENGTH, _MAX_LEGEND_LENGTH, _MARK_WIDTH = 40, 90, 6
 _DOTS_PER_INCH = 110
@@ -177,9 +178,7 @@ def plot_curves(
     """
     figure, axes_list = _make_figure(len(panels))
     for axes, (label, curves) in zip(axes_list, panels.items(), strict=True):
-        for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
-            label_text = _escape_label(name)
-            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=3, label=label_text)
+        _draw_curves(axes, curves, marker_size=3)
         axes.set_ylabel(label)
         if is_log2:
             axes.set_xscale("log", base=2)
@@ -203,9 +202,7 @@ def plot_rates(panels: Mapping[str, Mapping[str, Curve]], axis_label: str) -> by
     """
     figure, axes_list = _make_figure(len(panels), height=3.4)
     for axes, (label, curves) in zip(axes_list, panels.items(), strict=True):
-        for (name, curve), color in zip(curves.items(), cycle(_CURVE_COLORS)):
-            label_text = _escape_label(name)
-            axes.plot(curve.x, curve.y, color=color, marker="o", markersize=4, label=label_text)
+        _draw_curves(axes, curves, marker_size=4)
         axes.set_ylabel(label)
         axes.tick_params(labelbottom=axes is axes_list[-1])
     rates = [rate for curves in panels.values() for curve in curves.values() for rate in curve.x]
@@ -250,6 +247,14 @@ def _make_figure(row_count: int, height: float = 2.6) -> tuple[Figure, list[Axes
         axes.grid(axis="y", color="#e3e7ec", linewidth=0.8)
         axes.set_axisbelow(True)
     return figure, axes_list
+
+
+def _draw_curves(axes: Axes, curves: Mapping[str, Curve], marker_size: int) -> None:
+    """Draw curves that all look different, up to 18 of them."""
+    looks = itertools.cycle(itertools.product(_CURVE_STYLES, _CURVE_COLORS))
+    for (name, curve), (style, color) in zip(curves.items(), looks, strict=False):
+        (line,) = axes.plot(curve.x, curve.y, marker="o", markersize=marker_size)
+        line.set(color=color, linestyle=style, label=_escape_label(name))
 
 
 def _escape_label(name: str) -> str:

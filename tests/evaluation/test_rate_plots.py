@@ -4,6 +4,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
+from quarc_ref.evaluation import plots
 from quarc_ref.evaluation.plots import (
     Curve,
     plot_coders,
@@ -52,6 +53,16 @@ def test_panels_share_one_axis():
 
     assert _count_colors(plot_curves(panels, "frame")) > 10
     assert plot_curves(single_panel, "step") != plot_curves(single_panel, "step", is_log2=True)
+
+
+@pytest.mark.parametrize("plot", [plot_curves, plot_rates])
+def test_all_curves_of_a_plot_look_different(monkeypatch, plot):
+    monkeypatch.setattr(plots, "_encode_png", lambda figure: figure)
+    curves = {f"method@{point}": Curve([0, 1], [30, 30 + point]) for point in range(16)}
+
+    (axes,) = plot({"dB": curves}, "frame").axes
+
+    assert len({(line.get_color(), line.get_linestyle()) for line in axes.lines}) == 16
 
 
 @pytest.mark.parametrize(
