@@ -17,7 +17,12 @@ from quarc_ref.evaluation.comparison.gaussian_files import (
     open_plys,
 )
 from quarc_ref.evaluation.comparison.renders import open_renders
-from quarc_ref.evaluation.comparison.streams import OpenStream, list_doubts, open_stream
+from quarc_ref.evaluation.comparison.streams import (
+    OpenStream,
+    list_doubts,
+    list_held_out,
+    open_stream,
+)
 from quarc_ref.evaluation.same_capture import (
     MismatchError,
     open_same_capture,
@@ -119,8 +124,8 @@ def open_entries(
         [(sources[index].path, stream.summary) for index, stream in streams.items()], options
     )
     available_cameras = _list_cameras(list(streams.values()), capture)
-    needs_held_out = capture is not None and bool(streams)
-    cameras = _choose_cameras(available_cameras, options.cameras, needs_held_out=needs_held_out)
+    measured_streams = [] if capture is None else list(streams.values())
+    cameras = _choose_cameras(available_cameras, options.cameras, measured_streams)
     frames_per_second = _find_frame_rate(list(streams.values()), capture)
     entries: list[Entry] = []
     for index, source in enumerate(sources):
@@ -286,13 +291,15 @@ def _describe_camera(camera: Camera | None) -> str:
 
 
 def _choose_cameras(
-    available_cameras: Sequence[Camera], names: Sequence[str], *, needs_held_out: bool
+    available_cameras: Sequence[Camera],
+    names: Sequence[str],
+    measured_streams: Sequence[OpenStream],
 ) -> dict[str, Camera]:
     """Return the cameras with these names; without names, the held-out cameras or all cameras.
 
     Raises:
-        EntryError: A name is unknown, or no camera is held out although `needs_held_out` is set and
-            there are no names.
+        EntryError: A name is unknown; or there are no names, and no camera is held out of all
+            `measured_streams`.
     """
     camera_by_name = {camera.name: camera for camera in available_cameras}
     unknown_names = [name for name in names if name not in camera_by_name]
@@ -302,8 +309,11 @@ def _choose_cameras(
         )
         raise EntryError(message)
     held_out_names = [camera.name for camera in available_cameras if camera.held_out]
-    if needs_held_out and not (names or held_out_names):
-        message = "no camera is held out of all streams: choose cameras with --camera"
+    if measured_streams and not (names or held_out_names):
+        message = (
+            f"no camera is held out of all streams ({list_held_out(measured_streams)}): encode "
+            "them with the same --held-out, or choose cameras with --camera"
+        )
         raise EntryError(message)
     chosen_names = list(names) or held_out_names or list(camera_by_name)
     return {name: camera_by_name[name] for name in chosen_names}

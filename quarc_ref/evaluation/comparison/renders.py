@@ -86,7 +86,12 @@ def _list_pictures(folder: Path, cameras: Collection[str]) -> dict[str, dict[int
     stems = {path.stem for pictures in subfolder_pictures.values() for path in pictures}
     if not folder_pictures and set(cameras) <= stems:
         return {name: _list_by_frame(folder, subfolder_pictures, name) for name in cameras}
-    camera_names = ", ".join(sorted(cameras))
+    found_names = set(cameras) & (set(subfolder_pictures) | stems)
+    camera_names = ", ".join(sorted(set(cameras) - found_names) or sorted(cameras))
+    if found_names and not folder_pictures:
+        found_text = ", ".join(sorted(found_names))
+        message = f"{folder} has pictures of {found_text}, but none of {camera_names}"
+        raise EntryError(message)
     message = (
         f"{folder} has neither .ply files nor pictures of {camera_names}: put one .ply file per "
         "frame into the folder, or name the pictures CAMERA/FRAME.png or FRAME/CAMERA.png, or "

@@ -1,6 +1,6 @@
 """Opens streams as entries; each stream is decoded once, starting at the first requested frame."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -66,6 +66,15 @@ def list_doubts(summary: StreamSummary, fingerprint: str, cameras: Collection[st
         names = ", ".join(training_names)
         doubts.append(f"{names} {verb} not held out of the stream, which favors it")
     return doubts
+
+
+def list_held_out(streams: Iterable[OpenStream]) -> str:
+    """Return the held-out cameras of each stream as text, such as `cam00 of a; none of b`."""
+    return "; ".join(
+        f"{', '.join(it.name for it in stream.summary.cameras if it.held_out) or 'none'} of "
+        f"{stream.entry.label}"
+        for stream in streams
+    )
 
 
 class _StreamDecoder:

@@ -35,6 +35,14 @@ def test_only_frames_of_all_cameras_are_frames_of_an_entry(tmp_path):
     assert open_renders(tmp_path, LABEL, ["cam0", "cam1"]).info.frames == (4,)
 
 
+@pytest.mark.parametrize("pattern", ["cam{camera}/3.png", "3/cam{camera}.png"])
+def test_missing_cameras_are_named(tmp_path, pattern):
+    write_pictures(tmp_path, [pattern.format(camera=camera) for camera in (0, 3)])
+
+    with pytest.raises(EntryError, match=r"has pictures of cam0, but none of cam1, cam2$"):
+        open_renders(tmp_path, LABEL, ["cam0", "cam1", "cam2"])
+
+
 @pytest.mark.parametrize("pattern", ["cam0/0003", "0003/cam0"])
 def test_two_files_of_one_picture_are_rejected(tmp_path, pattern):
     write_pictures(tmp_path, [f"{pattern}.png", f"{pattern}.jpg"])
