@@ -60,10 +60,7 @@ def open_same_capture(
         CaptureError: The capture cannot be read.
     """
     held_out_names = tuple(camera.name for camera in summary.cameras if camera.held_out)
-    for name, items in (("cameras", summary.cameras), ("frames", summary.frames)):
-        if not items:
-            message = f"the stream has no {name}, so it cannot be measured on a capture"
-            raise MismatchError(message)
+    _require_cameras_and_frames(summary)
     start_frame = read_start_frame(summary)
     # Only the files are read to find the factor; opening the capture may compute initial points.
     full_size_cameras = choose_layout(folder).read(folder).cameras
@@ -117,6 +114,15 @@ def read_start_frame(summary: StreamSummary) -> int:
         message = f"the metadata 'start' of the stream is {start_text!r}, not a frame number"
         raise MismatchError(message)
     return int(start_text)
+
+
+def _require_cameras_and_frames(summary: StreamSummary) -> None:
+    for name, items in (("cameras", summary.cameras), ("frames", summary.frames)):
+        if not items:
+            # Streams of `encode` have cameras; other Gaussians are often imported without them.
+            hint = ": import takes cameras from sequence.json" if name == "cameras" else ""
+            message = f"the stream has no {name}, so it cannot be measured on a capture{hint}"
+            raise MismatchError(message)
 
 
 def _require_same_names(capture_names: list[str], stream_names: list[str]) -> None:

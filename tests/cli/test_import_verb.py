@@ -1,5 +1,7 @@
 """Tests of `import`, which encodes frames of other formats."""
 
+import json
+
 import pytest
 
 from quarc_ref.encoder.scenes.bounds import PROFILES
@@ -32,6 +34,17 @@ def test_import_reads_the_output_of_decode(folder, tmp_path, small_stream):
     assert metadata["bounds"].startswith("position=")
     for name, error in json_output["errors"].items():
         assert error <= json_output["bounds"][name] * 1.001
+
+
+def test_settings_of_another_encode_are_not_imported(folder, tmp_path):
+    sidecar = json.loads((folder / "sequence.json").read_text("utf-8"))
+    sidecar["metadata"] = {"capture": "room", "settings": "motion.lr=0.001"}
+    (folder / "sequence.json").write_text(json.dumps(sidecar))
+    run_json("import", folder, "-o", tmp_path / "again.quarc")
+
+    _, metadata = read_prologue(BytesSource((tmp_path / "again.quarc").read_bytes()))
+    assert metadata["capture"] == "room"
+    assert "settings" not in metadata
 
 
 def test_frames_keep_their_ordinals(stream_file, tmp_path):

@@ -159,12 +159,14 @@ def _make_options(frames: "ImportedFrames", fps: float | None, up: str | None) -
 
     options, sidecar = SceneOptions(), frames.sidecar
     up_axis = AXES.index(up) + 1 if up else 0
+    # The settings in the sidecar are those of the encode that it comes from, not of these frames.
+    metadata = {key: text for key, text in sidecar.metadata.items() if key != "settings"}
     return replace(
         options,
         frames_per_second=fps or frames.frames_per_second or options.frames_per_second,
         frame_count=frames.count,
         cameras=sidecar.cameras,
-        metadata=sidecar.metadata,
+        metadata=metadata,
         first_frame=sidecar.first_frame,
         header=replace(
             options.header,
