@@ -3,8 +3,8 @@
 The values come from the stream, the capture and the installed packages.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 
 from quarc_ref import __version__
@@ -86,7 +86,7 @@ class Protocol:
             "frames": f"{self.frame_count}, from frame {self.first_frame}",
             "seed": str(self.seed),
             "renderer": self.renderer,
-            "versions": ", ".join(f"{name} {number}" for name, number in self.versions.items()),
+            "versions": _format_versions(self.versions),
             "metrics": "; ".join(self.metrics.values()),
         }
 
@@ -122,6 +122,51 @@ def make_protocol(
         list_versions(),
         VARIANTS,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class SharedProtocol:
+    """The conditions of a comparison that all its entries share.
+
+    Attributes:
+        fingerprint: Fingerprint of the capture; None if the truth is not a capture.
+        resolution: Width and height of the first camera.
+        renderer: Description of the renderer, with which all entries except renders are drawn.
+        versions: Versions of this package, the format and installed libraries.
+    """
+
+    fingerprint: str | None
+    resolution: tuple[int, int]
+    renderer: str
+    versions: dict[str, str]
+
+    def as_json(self) -> dict[str, object]:
+        """Return the protocol as part of the output of `compare --json`."""
+        return {**asdict(self), "resolution": list(self.resolution)}
+
+    def as_texts(self) -> dict[str, str]:
+        """Return the protocol as readable texts by name."""
+        return {
+            "fingerprint of the capture": self.fingerprint or "none: the truth is an entry",
+            "resolution": " x ".join(map(str, self.resolution)),
+            "renderer": f"{self.renderer}; entries of the kind renders are pictures already",
+            "versions": _format_versions(self.versions),
+        }
+
+
+def make_shared_protocol(capture: Capture | None, camera: Camera) -> SharedProtocol:
+    """Return the conditions of a comparison.
+
+    Args:
+        capture: The capture whose pictures are the ground truth; None if it is an entry.
+        camera: First camera of the comparison.
+    """
+    fingerprint = None if capture is None else capture.fingerprint
+    return SharedProtocol(fingerprint, (camera.width, camera.height), RENDERER, list_versions())
+
+
+def _format_versions(versions: Mapping[str, str]) -> str:
+    return ", ".join(f"{name} {number}" for name, number in versions.items())
 
 
 def list_versions() -> dict[str, str]:

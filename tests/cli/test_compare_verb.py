@@ -49,6 +49,8 @@ def test_compare_shows_the_figures_of_eval_side_by_side(output_and_report, encod
         == 3
     )
     assert json_output["bd"] == []
+    for name, value in json_output["protocol"].items():
+        assert value == evaluation["protocol"][name]
 
 
 def test_the_report_has_a_page_with_pictures_and_tables(output_and_report):
@@ -63,6 +65,8 @@ def test_the_report_has_a_page_with_pictures_and_tables(output_and_report):
     assert "ours@a, run 2" in page
     assert "psnr: floats" in page
     assert "psnr: psnr" not in page
+    for value in (json_output["protocol"]["fingerprint"], "48 x 32", "numba on the CPU"):
+        assert value in page
 
 
 def test_a_table_is_printed_without_json(encoded_stream, ply_folder, capture):

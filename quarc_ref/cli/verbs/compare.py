@@ -229,7 +229,7 @@ def _print_result(
         print_message(message)
     if as_json:
         report = {} if page is None else {"report": str(page)}
-        print_json("compare/2", {**tables.as_json(comparison, summary), **report})
+        print_json("compare/3", {**tables.as_json(comparison, summary), **report})
         return
     title = (
         f"Against {comparison.truth_description}: {format_count(len(comparison.frames), 'frame')} "

@@ -13,6 +13,7 @@ from quarc_ref.evaluation.comparison.entries import Entry, EntryInfo, Label
 from quarc_ref.evaluation.comparison.open_entries import ComparisonInputs
 from quarc_ref.evaluation.lpips import Lpips
 from quarc_ref.evaluation.metrics import Mask, Picture
+from quarc_ref.evaluation.protocol import SharedProtocol, make_shared_protocol
 from quarc_ref.evaluation.quality import Quality
 from quarc_ref.evaluation.views import make_view_with_truth, select_pixels
 
@@ -65,6 +66,7 @@ class Comparison:
         frames_per_second: Frame rate of all entries.
         shown_views: Views that the page shows.
         variants: Description of each metric's exact variant, keyed by metric name.
+        protocol: Conditions of the measurement.
         remarks: What limits the comparison, in sentences without a full stop: `doubts` of the
             inputs, and those of `describe_frames`.
     """
@@ -76,6 +78,7 @@ class Comparison:
     frames_per_second: float
     shown_views: list[ComparedView]
     variants: dict[str, str]
+    protocol: SharedProtocol
     remarks: tuple[str, ...] = ()
 
 
@@ -114,6 +117,7 @@ def measure_entries(
     return Comparison(
         meter.list_results(), frames, tuple(inputs.cameras), truth_description,
         inputs.frames_per_second, meter.shown_views, meter.variants,
+        make_shared_protocol(inputs.capture, next(iter(inputs.cameras.values()))),
         (*inputs.doubts, *describe_frames(inputs)),
     )  # fmt: skip
 

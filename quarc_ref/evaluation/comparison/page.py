@@ -17,7 +17,13 @@ from quarc_ref.evaluation.comparison.tables import (
     list_point_headings,
     list_remarks,
 )
-from quarc_ref.evaluation.pages import embed_png, fill_page, format_table, format_texts
+from quarc_ref.evaluation.pages import (
+    embed_png,
+    fill_page,
+    format_lines,
+    format_table,
+    format_texts,
+)
 from quarc_ref.evaluation.plots import Curve, encode_picture, plot_curves, plot_rates
 from quarc_ref.files import OutputFolder
 from quarc_ref.wording import format_count
@@ -75,6 +81,7 @@ def _compose_page(
         "deltas": _compose_deltas(summary),
         "plots": "".join(plot_figures),
         "metrics": format_texts(comparison.variants.values()),
+        "protocol": format_lines(comparison.protocol.as_texts()),
     }
     return fill_page(template, parts)
 

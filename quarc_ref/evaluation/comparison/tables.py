@@ -133,6 +133,7 @@ def as_json(comparison: Comparison, summary: Summary) -> dict[str, object]:
             for delta in summary.deltas
         ],
         "metrics": comparison.variants,
+        "protocol": comparison.protocol.as_json(),
     }
 
 

@@ -20,6 +20,7 @@ from quarc_ref.evaluation.comparison.tables import (
     list_remarks,
 )
 from quarc_ref.evaluation.plots import Curve
+from quarc_ref.evaluation.protocol import SharedProtocol
 from quarc_ref.evaluation.quality import Quality
 
 _FRAMES = (3, 4)
@@ -33,8 +34,9 @@ def _make_entry(method, point, psnr, byte_count):
 
 
 def _make_comparison(*entries):
+    protocol = SharedProtocol(None, (64, 48), "numba", {"quarc-ref": "1"})
     return Comparison(
-        list(entries), _FRAMES, ("cam00", "cam01"), "the truth", 30.0, [], {"psnr": "dB"}
+        list(entries), _FRAMES, ("cam00", "cam01"), "the truth", 30.0, [], {"psnr": "dB"}, protocol
     )
 
 
