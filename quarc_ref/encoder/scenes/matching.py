@@ -3,15 +3,18 @@
 Without ids, row i of a frame matches row i of the next frame if both frames have the same number
 of rows and most of these pairs are plausible. If this is not the case, landmarks are matched
 first: rows whose attributes, except position and rotation, are equal in both frames and unique
-in each frame. Rows between two landmarks are matched in order. Unmatched rows are deaths or
-births.
+in each frame. If most rows have no such landmark, because a method trains all attributes in every
+frame, rows that are the most similar to each other are landmarks. Rows between two landmarks are
+matched in order. Unmatched rows are deaths or births.
 """
 
+import math
 from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.arrays import Bits, Int64
@@ -51,6 +54,8 @@ def match_order(previous: Splats, current: Splats) -> Match:
         if np.mean(_is_plausible(previous, first_rows, current, first_rows)) > 0.5:
             return Match(first_rows, first_rows)
     first_landmarks, second_landmarks = _match_landmarks(previous, current)
+    if 2 * first_landmarks.size < min(count, len(current.positions)):
+        first_landmarks, second_landmarks = _match_similar(previous, current)
     gap_bounds = zip(
         np.concatenate([[-1], first_landmarks]),
         np.concatenate([first_landmarks, [count]]),
@@ -93,6 +98,32 @@ def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
     order = np.argsort(first_rows)
     increasing_indices = _longest_increasing_subsequence(second_rows[order])
     return first_rows[order][increasing_indices], second_rows[order][increasing_indices]
+
+
+def _match_similar(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
+    """Match rows that are the nearest to each other in all attributes, keeping the row order."""
+    # A typical scale as the unit of positions gives all attributes a similar weight.
+    typical_log_scale = float(np.median(previous.log_scales.max(axis=1)))
+    position_unit = math.exp(min(max(typical_log_scale, -30.0), 30.0))
+    features, current_features = (
+        np.column_stack(
+            [
+                splats.positions.astype(np.float64) / position_unit,
+                splats.log_scales,
+                splats.opacities,
+                splats.sh[:, 0],
+            ]
+        )
+        for splats in (previous, current)
+    )
+    _, nearest_rows = cKDTree(features).query(current_features)
+    _, nearest_current_rows = cKDTree(current_features).query(features)
+    first_rows = np.arange(len(features))
+    is_kept = nearest_rows[nearest_current_rows] == first_rows
+    is_kept &= _is_plausible(previous, first_rows, current, nearest_current_rows)
+    first_rows, second_rows = first_rows[is_kept], nearest_current_rows[is_kept]
+    increasing_indices = _longest_increasing_subsequence(second_rows)
+    return first_rows[increasing_indices], second_rows[increasing_indices]
 
 
 def _pack_attributes(splats: Splats, sh_count: int) -> NDArray[np.void]:

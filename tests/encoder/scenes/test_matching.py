@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from quarc_ref.decoder import Splats
 from quarc_ref.encoder.scenes.matching import (
     _longest_increasing_subsequence,
     match_ids,
@@ -71,6 +72,37 @@ def test_gaussians_with_unchanged_attributes_are_matched_between_deaths_and_birt
     assert expected <= set(pairs)
     assert pairs == sorted(pairs)
     assert len(dict(pairs)) == len({second for _, second in pairs}) == len(pairs)
+
+
+def _train_all_attributes(splats, seed):
+    """Return the Gaussians after small changes of all their attributes."""
+    rng = np.random.default_rng(seed)
+    names = ("positions", "rotations", "log_scales", "opacities", "sh")
+    arrays = (getattr(splats, name) for name in names)
+    return Splats(*(it + rng.normal(0, 0.0003, it.shape).astype(np.float32) for it in arrays))
+
+
+@given(kept=st.sets(st.integers(0, 59), min_size=2), born=st.integers(0, 9), seed=st.integers(0, 9))
+def test_gaussians_are_matched_if_all_attributes_change_in_every_frame(kept, born, seed):
+    first, rows = _make_scene(60), np.array(sorted(kept))
+    second = _train_all_attributes(select_rows(first, rows), seed)
+
+    match = match_order(first, concatenate(second, _make_scene(born, seed=99)))
+
+    own_pairs = [pair for pair in _list_pairs(match) if pair[1] < rows.size]
+    assert own_pairs == list(zip(rows.tolist(), range(rows.size), strict=True))
+
+
+def test_extreme_gaussians_are_matched():
+    first = _make_scene()
+    for name, number in (("log_scales", -1e30), ("positions", 3e38), ("opacities", -3e38)):
+        getattr(first, name)[:15] = number
+    second = select_rows(first, range(1, _COUNT))
+    second.sh[:] += 0.01
+
+    assert {(row, row - 1) for row in range(15, _COUNT)} <= set(
+        _list_pairs(match_order(first, second))
+    )
 
 
 def test_a_gaussian_that_changes_place_is_a_death_and_a_birth():
