@@ -47,6 +47,18 @@ def test_settings_of_another_encode_are_not_imported(folder, tmp_path):
     assert "settings" not in metadata
 
 
+def test_frames_whose_gaussians_are_new_are_reported(tmp_path):
+    for frame in range(4):  # frames 1 and 3 have the Gaussians of the frame before
+        ply = build_ply(make_splats(40, seed=frame // 2))
+        (tmp_path / f"{frame}.ply").write_bytes(ply)
+    result = run("import", tmp_path, "-o", tmp_path / "a.quarc", "--json")
+    planned = run("import", tmp_path, "-o", tmp_path / "b.quarc", "--keyframe-interval", "2")
+
+    assert read_json(result.stdout)["unplanned_keyframes"] == 1
+    assert "1 of 4 frames became keyframes" in result.stderr
+    assert "became keyframes" not in planned.stderr
+
+
 def test_frames_keep_their_ordinals(stream_file, tmp_path):
     run("decode", stream_file, "-o", tmp_path / "plys", "--frames", "2:")
     run_json("import", tmp_path / "plys", "-o", tmp_path / "again.quarc")

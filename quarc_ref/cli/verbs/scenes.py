@@ -11,6 +11,7 @@ from quarc_ref.cli.errors import UsageError, report_errors
 from quarc_ref.cli.options import AXES, STANDARD_STREAM, AsJson, Force, FrameRate, Quiet, UpAxis
 from quarc_ref.cli.output import TerminalProgress, print_fields, print_json, print_message
 from quarc_ref.cli.targets import open_output_stream
+from quarc_ref.wording import format_count
 
 if TYPE_CHECKING:
     from quarc_ref.encoder.scenes.bounds import Bounds
@@ -96,6 +97,13 @@ def import_frames(
             report = encode_scenes(_read_frames(frames), sink, options)
         if report.dropped_sh_degree:
             print_message("SH degrees above 1, or above that of the first frame, are dropped")
+        if report.unplanned_keyframes:
+            print_message(
+                f"{report.unplanned_keyframes} of {format_count(report.frames, 'frame')} became "
+                "keyframes, which take more bytes, because most of their Gaussians match none of "
+                "the frame before: if your method keeps them, write them in the same order in "
+                "every frame"
+            )
         _print_result(output, report, as_json=as_json)
 
 
@@ -211,8 +219,11 @@ def _print_result(output: Path, report: "SceneReport", *, as_json: bool) -> None
     size, errors, bounds = output.stat().st_size, asdict(report.errors), report.bounds.as_dict()
     if as_json:
         summary = {"file": str(output), "frames": report.frames, "bytes": size}
-        dropped_degree = {"dropped_sh_degree": report.dropped_sh_degree}
-        print_json("import/1", {**summary, "bounds": bounds, "errors": errors, **dropped_degree})
+        other_values = {
+            "dropped_sh_degree": report.dropped_sh_degree,
+            "unplanned_keyframes": report.unplanned_keyframes,
+        }
+        print_json("import/2", {**summary, "bounds": bounds, "errors": errors, **other_values})
         return
     rows = {"frames": f"{report.frames}", "whole stream": f"{size:,} bytes"}
     rows |= {name: f"error {errors[name]:.3g}, bound {bounds[name]:.3g}" for name in errors}

@@ -106,12 +106,15 @@ class SceneReport:
         bounds: Allowed errors.
         errors: Largest errors over all decoded frames.
         dropped_sh_degree: Highest SH degree of the input that was dropped; 0 if none.
+        unplanned_keyframes: Number of canonical frames that the options did not ask for, because
+            too many Gaussians were new.
     """
 
     frames: int
     bounds: Bounds
     errors: Errors
     dropped_sh_degree: int
+    unplanned_keyframes: int = 0
 
 
 def encode_scenes(
@@ -189,6 +192,7 @@ class _Encoding:
         # `[N]` row of the last input frame for each Gaussian of the decoder's state
         self._target_rows = np.zeros(0, dtype=np.int64)
         self._dropped_sh_degree = 0
+        self._canonical_count = 0
         step_size = self._header.translation_step * 2.0**-self._header.lattice_exponent
         steps_per_radian = self._header.rotation_unity * self._header.level_count / 2
         self._tolerances = Tolerances(
@@ -216,7 +220,14 @@ class _Encoding:
     def finish(self) -> SceneReport:
         """Write the index and the TAIL chunk; return the report."""
         self._loop.finish()
-        return SceneReport(self._frame_count, self._bounds, self._errors, self._dropped_sh_degree)
+        interval = self._options.keyframe_interval or self._frame_count
+        return SceneReport(
+            self._frame_count,
+            self._bounds,
+            self._errors,
+            self._dropped_sh_degree,
+            self._canonical_count - len(range(0, self._frame_count, interval)),
+        )
 
     def _write_side_data(self, frame: GivenFrame) -> None:
         """Write the cameras and the metadata of a frame if they differ from the last ones."""
@@ -250,6 +261,7 @@ class _Encoding:
         return convert_code_bounds(self._bounds, self._header)
 
     def _write_canonical(self, frame: int, target: Target) -> None:
+        self._canonical_count += 1
         gaussians = target.quantized(np.arange(target.count))
         self._target_rows = order_canonical(gaussians.positions)
         try:
