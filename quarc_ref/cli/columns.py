@@ -33,7 +33,9 @@ COMPARE_COLUMNS = {
     "BD-PSNR": "difference in PSNR from the first method at equal bytes.",
 }
 INFO_ROWS = {
-    "anchors": "points whose motion is coded; they are resampled at a regular interval.",
+    "Gaussians": "their number in the last frame; inspect lists that of every frame.",
+    "anchors": "points whose motion is coded, at most so many in a frame; they are resampled at a "
+    "regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: moving anchors, changed and new Gaussians.",
     "zero-order estimate": "the paper's estimate of the size of the same symbols (entropy).",
