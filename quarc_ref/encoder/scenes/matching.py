@@ -4,23 +4,26 @@ Without ids, row i of a frame matches row i of the next frame if both frames hav
 of rows and most of these pairs are plausible. If this is not the case, landmarks are matched
 first: rows whose attributes, except position and rotation, are equal in both frames and unique
 in each frame. If most rows have no such landmark, because a method trains all attributes in every
-frame, rows that are the most similar to each other are landmarks. Rows between two landmarks are
-matched in order. Unmatched rows are deaths or births.
+frame, rows that differ little are landmarks, in runs between which rows were removed or added.
+Rows between two landmarks are matched in order. Unmatched rows are deaths or births.
 """
 
-import math
 from bisect import bisect_left
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from quarc_ref.decoder.dequantize import Splats
 from quarc_ref.format.arrays import Bits, Int64
 
 # Largest plausible motion in a frame, relative to the scale of a Gaussian.
 _MAX_RELATIVE_MOTION = 10.0
+# Largest change of a log scale, an opacity or SH DC between similar rows.
+_MAX_SIMILAR_CHANGE = 0.5
+# Numbers of rows that are compared at a time, and among which the next run is sought.
+_MIN_WINDOW, _MAX_WINDOW = 32, 512
+_MAX_FAILURES = 1000  # rows after which no next run was found
 _MAX_COLOR_CHANGE = 1.0  # largest plausible change of SH DC; it changes colors (0 to 1) by 0.28
 
 
@@ -55,7 +58,9 @@ def match_order(previous: Splats, current: Splats) -> Match:
             return Match(first_rows, first_rows)
     first_landmarks, second_landmarks = _match_landmarks(previous, current)
     if 2 * first_landmarks.size < min(count, len(current.positions)):
-        first_landmarks, second_landmarks = _match_similar(previous, current)
+        similar_rows = _match_similar(previous, current)
+        if similar_rows[0].size > first_landmarks.size:
+            first_landmarks, second_landmarks = similar_rows
     gap_bounds = zip(
         np.concatenate([[-1], first_landmarks]),
         np.concatenate([first_landmarks, [count]]),
@@ -101,29 +106,66 @@ def _match_landmarks(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
 
 
 def _match_similar(previous: Splats, current: Splats) -> tuple[Int64, Int64]:
-    """Match rows that are the nearest to each other in all attributes, keeping the row order."""
-    # A typical scale as the unit of positions gives all attributes a similar weight.
-    typical_log_scale = float(np.median(previous.log_scales.max(axis=1)))
-    position_unit = math.exp(min(max(typical_log_scale, -30.0), 30.0))
-    features, current_features = (
-        np.column_stack(
-            [
-                splats.positions.astype(np.float64) / position_unit,
-                splats.log_scales,
-                splats.opacities,
-                splats.sh[:, 0],
-            ]
-        )
-        for splats in (previous, current)
-    )
-    _, nearest_rows = cKDTree(features).query(current_features)
-    _, nearest_current_rows = cKDTree(current_features).query(features)
-    first_rows = np.arange(len(features))
-    is_kept = nearest_rows[nearest_current_rows] == first_rows
-    is_kept &= _is_plausible(previous, first_rows, current, nearest_current_rows)
-    first_rows, second_rows = first_rows[is_kept], nearest_current_rows[is_kept]
-    increasing_indices = _longest_increasing_subsequence(second_rows)
-    return first_rows[increasing_indices], second_rows[increasing_indices]
+    """Match runs of similar rows, skipping deaths and births between them."""
+    counts = len(previous.positions), len(current.positions)
+    first, second = 0, 0
+    window, failure_count = _MIN_WINDOW, 0
+    runs = [(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))]
+    # Frames with rows in another order have no runs, and are not searched to their end.
+    while first < counts[0] and second < counts[1] and failure_count < _MAX_FAILURES:
+        offsets = np.arange(min(window, counts[0] - first, counts[1] - second))
+        is_similar = _is_similar(previous, first + offsets, current, second + offsets)
+        length = int(offsets.size if is_similar.all() else is_similar.argmin())
+        runs.append((first + offsets[:length], second + offsets[:length]))
+        first, second = first + length, second + length
+        window = min(2 * window, _MAX_WINDOW)
+        if length < offsets.size:
+            deaths, births = _find_next_run(previous, first, current, second)
+            first, second = first + deaths, second + births
+            window = _MIN_WINDOW
+            failure_count += deaths == births
+    first_rows, second_rows = (np.concatenate(columns) for columns in zip(*runs, strict=True))
+    return first_rows, second_rows
+
+
+def _find_next_run(previous: Splats, first: int, current: Splats, second: int) -> tuple[int, int]:
+    """Return how many rows to skip in each frame until two consecutive pairs are similar.
+
+    Rows are skipped in only one of the frames, as few as possible; if this does not lead to such
+    pairs, one row is skipped in both.
+    """
+    first_end = len(previous.positions) - 1 - first
+    second_end = len(current.positions) - 1 - second
+    for window in (_MIN_WINDOW, _MAX_WINDOW):
+        skipped: list[tuple[int, int]] = []
+        for in_first, in_second in ((1, 0), (0, 1)):
+            steps = np.arange(1, min(window, first_end if in_first else second_end))
+            if not steps.size or min(first_end, second_end) < 1:
+                continue
+            first_rows, second_rows = first + in_first * steps, second + in_second * steps
+            is_run = _is_similar(previous, first_rows, current, second_rows)
+            is_run[is_run] = _is_similar(
+                previous, first_rows[is_run] + 1, current, second_rows[is_run] + 1
+            )
+            if is_run.any():
+                count = int(steps[is_run.argmax()])
+                skipped.append((in_first * count, in_second * count))
+        if skipped:
+            return min(skipped, key=sum)
+    return 1, 1
+
+
+def _is_similar(previous: Splats, first_rows: Int64, current: Splats, second_rows: Int64) -> Bits:
+    """Return a mask `[n]` of row pairs that may match and whose attributes differ little."""
+    is_similar = _is_plausible(previous, first_rows, current, second_rows)
+    for values, other_values in (
+        (previous.log_scales, current.log_scales),
+        (previous.opacities[:, None], current.opacities[:, None]),
+        (previous.sh[:, 0], current.sh[:, 0]),
+    ):
+        changes = np.abs(other_values[second_rows].astype(np.float64) - values[first_rows])
+        is_similar &= (changes <= _MAX_SIMILAR_CHANGE).all(axis=1)
+    return is_similar
 
 
 def _pack_attributes(splats: Splats, sh_count: int) -> NDArray[np.void]:
