@@ -33,7 +33,7 @@ from quarc_ref.encoder.scenes.fit_updates import (
     fit_updates,
 )
 from quarc_ref.encoder.scenes.level_sink import UNLIMITED_LEVEL, LevelSink, find_level
-from quarc_ref.encoder.scenes.matching import Match, match_ids, match_order
+from quarc_ref.encoder.scenes.matching import match_frames
 from quarc_ref.encoder.scenes.steps import choose_steps
 from quarc_ref.encoder.scenes.targets import Target, make_target, require_encodable
 from quarc_ref.encoder.scenes.verify import Errors, measure_errors, require_bounds
@@ -221,13 +221,9 @@ class _Encoding:
         """Write the index and the TAIL chunk; return the report."""
         self._loop.finish()
         interval = self._options.keyframe_interval or self._frame_count
-        return SceneReport(
-            self._frame_count,
-            self._bounds,
-            self._errors,
-            self._dropped_sh_degree,
-            self._canonical_count - len(range(0, self._frame_count, interval)),
-        )
+        planned_count = len(range(0, self._frame_count, interval))
+        counts = self._dropped_sh_degree, self._canonical_count - planned_count
+        return SceneReport(self._frame_count, self._bounds, self._errors, *counts)
 
     def _write_side_data(self, frame: GivenFrame) -> None:
         """Write the cameras and the metadata of a frame if they differ from the last ones."""
@@ -297,13 +293,6 @@ class _Encoding:
             return
         self._loop.commit_frame(moved_frame, births)
         self._target_rows = np.concatenate([rows, birth_rows])
-
-
-def match_frames(previous_frame: GivenFrame, frame: GivenFrame) -> Match:
-    """Match the Gaussians of two frames: by ids if both frames have ids, otherwise by order."""
-    if previous_frame.ids is not None and frame.ids is not None:
-        return match_ids(previous_frame.ids, frame.ids)
-    return match_order(previous_frame.splats, frame.splats)
 
 
 def _make_header(

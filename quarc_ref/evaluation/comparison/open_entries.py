@@ -22,12 +22,9 @@ from quarc_ref.evaluation.comparison.streams import (
     list_doubts,
     list_held_out,
     open_stream,
+    require_equal_starts,
 )
-from quarc_ref.evaluation.same_capture import (
-    MismatchError,
-    open_same_capture,
-    read_start_frame,
-)
+from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import BitstreamError
 from quarc_ref.inspection.stream_summary import StreamSummary
@@ -119,7 +116,7 @@ def open_entries(
         if _is_stream(source.path):
             with _name_path_in_errors(source.path):
                 streams[index] = open_stream(source.path, source.label, on_progress)
-    _require_equal_starts(list(streams.values()))
+    require_equal_starts(list(streams.values()))
     capture = _open_capture(
         [(sources[index].path, stream.summary) for index, stream in streams.items()], options
     )
@@ -225,18 +222,6 @@ def _open_capture(
             )
         captures.append(capture)
     return captures[0]
-
-
-def _require_equal_starts(streams: Sequence[OpenStream]) -> None:
-    """Raise EntryError if the frames 0 of two streams are different frames of the capture."""
-    starts = [read_start_frame(stream.summary) for stream in streams]
-    for stream, start in zip(streams, starts, strict=True):
-        if start != starts[0]:
-            message = (
-                f"{streams[0].entry.label} begins at frame {starts[0]} of the capture, and "
-                f"{stream.entry.label} at frame {start}"
-            )
-            raise EntryError(message)
 
 
 def _list_cameras(streams: Sequence[OpenStream], capture: Capture | None) -> list[Camera]:

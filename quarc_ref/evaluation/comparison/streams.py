@@ -1,12 +1,12 @@
 """Opens streams as entries; each stream is decoded once, starting at the first requested frame."""
 
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from quarc_ref.decoder import Scene, Splats, dequantize
-from quarc_ref.evaluation.comparison.entries import EntryInfo, Label, SplatEntry
-from quarc_ref.evaluation.same_capture import describe_doubt
+from quarc_ref.evaluation.comparison.entries import EntryError, EntryInfo, Label, SplatEntry
+from quarc_ref.evaluation.same_capture import describe_doubt, read_start_frame
 from quarc_ref.inspection.inspect_stream import inspect_stream
 from quarc_ref.inspection.stream_summary import StreamSummary
 from quarc_ref.streams import decode
@@ -75,6 +75,18 @@ def list_held_out(streams: Iterable[OpenStream]) -> str:
         f"{stream.entry.label}"
         for stream in streams
     )
+
+
+def require_equal_starts(streams: Sequence[OpenStream]) -> None:
+    """Raise EntryError if the frames 0 of two streams are different frames of the capture."""
+    starts = [read_start_frame(stream.summary) for stream in streams]
+    for stream, start in zip(streams, starts, strict=True):
+        if start != starts[0]:
+            message = (
+                f"{streams[0].entry.label} begins at frame {starts[0]} of the capture, and "
+                f"{stream.entry.label} at frame {start}"
+            )
+            raise EntryError(message)
 
 
 class _StreamDecoder:
