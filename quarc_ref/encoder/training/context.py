@@ -133,7 +133,9 @@ class TrainingContext:
         mask = self.views.mask(view, frame)
         return image if mask is None else image * mask
 
-    def exposure_pair(self, rendering: Rendering, view: int, frame: int) -> tuple[Tensor, Tensor]:
+    def exposure_pair(
+        self, rendering: Rendering, background: Tensor, view: int, frame: int
+    ) -> tuple[Tensor, Tensor]:
         """Return the rendering and the picture from which exposures are estimated.
 
         They are `[H, W, 3]`, and masked pixels are black. If the background is transparent, they
@@ -142,6 +144,7 @@ class TrainingContext:
 
         Args:
             rendering: Rendering of the view.
+            background: `[3]` background color of the rendering.
             view: Index of the view.
             frame: Ordinal of the frame.
         """
@@ -149,7 +152,7 @@ class TrainingContext:
         alpha = self.views.alpha(view, frame)
         if alpha is None:
             return self.apply_mask(image, view, frame), picture
-        image = image - (1 - rendering.alpha[..., None]) * self.background(view)
+        image = image - (1 - rendering.alpha[..., None]) * background
         picture = picture - (1 - alpha) * self.views.background(view)
         is_covered = alpha[..., 0] > 0
         stride = max(1, int(is_covered.sum()) // _MAX_EXPOSURE_PIXELS)

@@ -18,7 +18,6 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
-from quarc_ref.rendering.rasterizer import Rendering
 
 _EDGE_SHARE = 0.05  # of the pixels
 _MIN_GRADIENT = 1e-3
@@ -101,7 +100,10 @@ def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: floa
 def _render_attributes(
     context: TrainingContext, attributes: Attributes, frame: int
 ) -> Iterator[tuple[Tensor, Tensor]]:
-    for view, rendering in enumerate(_render(context, attributes)):
+    gaussians = attributes.activated()
+    for view in range(context.view_count):
+        with torch.no_grad():
+            rendering = context.render(gaussians, view)
         image = context.apply_mask(rendering.image, view, frame)
         yield image, context.views.picture(view, frame)
 
@@ -109,11 +111,20 @@ def _render_attributes(
 def _make_exposure_pairs(
     context: TrainingContext, attributes: Attributes, frame: int, edges: list[_Edges] | None = None
 ) -> Iterator[tuple[Tensor, Tensor]]:
-    """Yield the pixels from which exposures are estimated; append those of edges to `edges`."""
-    for view, rendering in enumerate(_render(context, attributes)):
+    """Yield the pixels from which exposures are estimated; append those of edges to `edges`.
+
+    Views are rendered on black. The background of `TrainingContext.render` depends on the gains
+    before this estimate, which a resumed encode does not know, and would affect the last bits.
+    """
+    gaussians, black = attributes.activated(), torch.zeros(3, device=context.device)
+    for view in range(context.view_count):
+        with torch.no_grad():
+            rendering = context.rasterizer.render(gaussians, context.camera(view), black)
         if edges is not None:
-            edges.append(_find_edges(context, rendering.image, view, frame))
-        yield context.exposure_pair(rendering, view, frame)
+            uncovered = 1 - rendering.alpha[..., None]
+            image = rendering.image + uncovered * context.background(view)
+            edges.append(_find_edges(context, image, view, frame))
+        yield context.exposure_pair(rendering, black, view, frame)
 
 
 def _find_edges(context: TrainingContext, image: Tensor, view: int, frame: int) -> _Edges:
@@ -137,12 +148,3 @@ def _measure_edge_errors(context: TrainingContext, edges: list[_Edges]) -> list[
         float((image - picture / gain).abs().mean(dim=1).median()) if len(image) else math.nan
         for (image, picture), gain in zip(edges, gains, strict=True)
     ]
-
-
-def _render(context: TrainingContext, attributes: Attributes) -> Iterator[Rendering]:
-    """Yield the rendering of each view."""
-    gaussians = attributes.activated()
-    for view in range(context.view_count):
-        with torch.no_grad():
-            rendering = context.render(gaussians, view)
-        yield rendering

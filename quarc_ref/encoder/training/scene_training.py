@@ -179,7 +179,8 @@ class SceneTraining:
         view = next(self._views)
         rendering = context.render(attributes.activated(), view)
         if settings.exposure_lr and step >= settings.exposure_from_iter:
-            image, picture = context.exposure_pair(rendering, view, 0)
+            background = context.background(view)
+            image, picture = context.exposure_pair(rendering, background, view, 0)
             context.exposures.update_gain(view, image, picture, settings.exposure_lr)
         loss = context.photometric_loss(rendering.image, view, 0, settings.lambda_dssim)
         total_loss = self._optimize(loss, rendering, context.camera(view))

@@ -77,12 +77,27 @@ def test_the_true_scene_has_no_error_on_any_exposure():
 def test_exposures_are_those_of_the_subject():
     context = _make_context()
     wrong_gains = torch.tensor([[0.8], [1.0], [1.2]]).repeat(1, 3)
-    context.exposures.gains = wrong_gains  # the background of the rendering has these gains
+    context.exposures.gains = wrong_gains
 
     error = measure_error(context, from_splats(make_subject(0), CPU), fits_exposures=True)
 
     assert (context.exposures.gains - 1).abs().max() < 0.02
     assert error < 0.01
+
+
+@pytest.mark.parametrize("opacity_change", [-1, -2])
+def test_an_estimate_does_not_depend_on_earlier_gains_which_a_resumed_encode_lacks(opacity_change):
+    attributes = from_splats(make_subject(0), CPU)
+    attributes = replace(attributes, opacities=attributes.opacities + opacity_change)
+    estimates = []
+    for gain in (0.93, 1.0):
+        context = _make_context()
+        gains = [[gain, gain * 1.03, 1.0], [1.0, 1.1, gain], [gain, 0.9, 1.02]]
+        context.exposures.gains = torch.tensor(gains)
+        measure_error(context, attributes, fits_exposures=True)
+        estimates.append(context.exposures.gains)
+
+    assert torch.equal(*estimates)
 
 
 def test_cameras_that_no_longer_see_the_subject_change_no_exposure():
