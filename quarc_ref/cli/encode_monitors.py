@@ -83,6 +83,12 @@ def _announce_estimate(
     progress.announce(
         f"{format_count(plan.frames, 'frame')} of {plan.capture}, "
         f"{format_count(plan.views, 'training camera')}: about "
-        f"{format_duration(estimate.seconds)}, and {estimate.byte_count / _MEGABYTE:.1g} MB "
+        f"{format_duration(estimate.seconds)}, and {_format_megabytes(estimate.byte_count)} MB "
         "(the time may be off by a factor of two, the size by a factor of three)"
     )
+
+
+def _format_megabytes(byte_count: float) -> str:
+    """Format a rough size with one significant digit, and without an exponent."""
+    megabytes = float(f"{byte_count / _MEGABYTE:.1g}")
+    return f"{megabytes:,.6f}".rstrip("0").rstrip(".")

@@ -70,8 +70,15 @@ def test_a_long_encode_forecasts_its_time_and_size_at_the_start(capture, tmp_pat
 
     first_line = result.stderr.splitlines()[0]
     assert re.match(
-        r"2 frames of plane, 3 training cameras: about \d+ s, and [\d.e-]+ MB", first_line
+        r"2 frames of plane, 3 training cameras: about \d+ s, and [\d.]+ MB", first_line
     )
+
+
+@pytest.mark.parametrize(
+    ("byte_count", "text"), [(340, "0.0003"), (2.4e6, "2"), (31e6, "30"), (4.2e9, "4,000")]
+)
+def test_the_forecast_of_a_size_has_one_digit_and_no_exponent(byte_count, text):
+    assert encode_monitors._format_megabytes(byte_count) == text
 
 
 def test_every_step_and_frame_is_a_line_of_json(capture, encoded_stream, tmp_path):
