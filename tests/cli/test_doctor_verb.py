@@ -4,7 +4,7 @@ import shutil
 import numpy as np
 import pytest
 
-from quarc_ref.cli.verbs.doctor import _PIXEL_DESCRIPTIONS
+from quarc_ref.cli.verbs.doctor import _PIXEL_DESCRIPTIONS, _format_bytes
 from tests.cli.commands import read_json, run
 from tests.datasets import scenes
 
@@ -113,3 +113,10 @@ def test_a_missing_device_is_a_usage_error_before_any_check(capture):
 
     assert result.exit_code == 2
     assert "torch finds no CUDA device" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("count", "text"), [(999, "999 B"), (999.6, "0.976 KB"), (999.7 * 2**20, "0.976 GB")]
+)
+def test_a_size_has_no_exponent(count, text):
+    assert _format_bytes(count) == text

@@ -26,6 +26,7 @@ _PIXEL_DESCRIPTIONS = {
     "subject": "only those of the subject are used: transparent background",
 }
 _UNITS = ("B", "KB", "MB", "GB", "TB")
+_MAX_COUNT = 999.5  # of a unit; with three digits, larger numbers would have an exponent
 
 
 def doctor(
@@ -191,7 +192,7 @@ def _format_duration(seconds: float) -> str:
 def _format_bytes(count: float) -> str:
     """Format a number of bytes with a unit from B to TB; a KB is 1024 bytes."""
     for unit in _UNITS[:-1]:
-        if count < 1000:
+        if count < _MAX_COUNT:
             return f"{count:.3g} {unit}"
         count /= 1024
     return f"{count:.3g} {_UNITS[-1]}"
