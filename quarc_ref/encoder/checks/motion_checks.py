@@ -61,9 +61,10 @@ def find_motion_faults(
     is_frozen = _are_frozen(recordings)
     yield from _find_frozen(names, is_frozen)
     moving_cameras = np.flatnonzero(~is_frozen).tolist()
-    yield from _find_repeats(
-        [names[i] for i in moving_cameras], [recordings[i] for i in moving_cameras], start
-    )
+    if len(moving_cameras) > 1:
+        yield from _find_repeats(
+            [names[i] for i in moving_cameras], [recordings[i] for i in moving_cameras], start
+        )
     if changes[0].shape[0] + 1 >= _MIN_FRAMES and len(moving_cameras) > 2:
         yield from _find_shifts(
             [cameras[i] for i in moving_cameras],

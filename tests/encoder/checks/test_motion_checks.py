@@ -50,6 +50,14 @@ def test_a_camera_that_does_not_see_the_subject_is_not_frozen():
     assert list(find_motion_faults(capture.cameras, recordings)) == []
 
 
+def test_one_of_two_cameras_is_frozen():
+    recordings = [_make_recording(0), _make_recording(1, is_frozen=True)]
+
+    findings = list(find_motion_faults(make_cameras(2), recordings))
+
+    assert [finding.kind for finding in findings] == ["frozen-camera"]
+
+
 @pytest.mark.parametrize("unreadable_frames", [(), (1,)])
 def test_a_frozen_camera_is_found(unreadable_frames):
     frozen = _make_recording(1, unreadable_frames, is_frozen=True)
