@@ -73,10 +73,11 @@ def encode(
         capture: Multi-view video; held-out cameras are not read.
         sink: Binary file to which the stream is appended, one complete frame at a time.
         options: Options of the encode; None for the defaults.
-        partial_stream: The part of the stream that the sink already contains; the sink must be open
-            for reading and writing. Bytes after the partial stream are replaced, and the encode
-            continues. The finished stream is identical to that of an uninterrupted encode. A
-            partial stream that is already finished is not changed.
+        partial_stream: The part of the stream that the sink already contains, at least one frame;
+            None for a new stream. The sink must be open for reading and writing. Bytes after the
+            partial stream are replaced, and the encode continues. The finished stream is identical
+            to that of an uninterrupted encode. A partial stream that is already finished is not
+            changed.
 
     Raises:
         CaptureError: A picture cannot be read, or the capture has fewer frames than requested

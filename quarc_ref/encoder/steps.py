@@ -160,7 +160,7 @@ def measure_sharpness(pictures: Iterable[MaskedPicture]) -> float:
     machine.
 
     Args:
-        pictures: Pictures; those with a side shorter than 4 pixels are ignored.
+        pictures: Pictures; those with a side shorter than 3 pixels are ignored.
     """
     square_sum = difference_count = 0
     for picture, mask in pictures:

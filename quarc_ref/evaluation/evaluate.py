@@ -42,7 +42,8 @@ class Evaluation:
         summary: Summary of the stream.
         quality: Metrics of all measured cameras and frames.
         frames: Ordinals of the measured frames.
-        shown_views: First, middle and last view of the first held-out camera.
+        shown_views: View of the first, middle and last frame of the first held-out camera whose
+            picture of that frame is used.
         protocol: Conditions of the measurement.
     """
 
