@@ -203,6 +203,14 @@ def test_entries_that_cannot_be_compared_are_a_usage_error(line, message, encode
     assert list_names(tmp_path) == ["empty"]
 
 
+def test_pictures_that_cannot_be_downscaled_are_a_usage_error(ply_folder, capture):
+    entries = (f"a={ply_folder}", f"b={ply_folder}")
+    result = run("compare", *entries, "--capture", capture, "--downscale", 1000)
+
+    assert result.exit_code == 2
+    assert "cannot be downscaled by 1000" in result.stderr
+
+
 def test_a_stream_of_another_capture_is_compared_only_on_request(encoded_stream, capture, tmp_path):
     other_capture = shutil.copytree(capture, tmp_path / "plane")
     shutil.copy(other_capture / "cam01.mp4", other_capture / "cam00.mp4")

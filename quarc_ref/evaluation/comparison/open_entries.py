@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from itertools import zip_longest
 from pathlib import Path
 
+from quarc_ref.datasets.calibration import DownscaleError
 from quarc_ref.datasets.capture import Capture
 from quarc_ref.datasets.layouts.table import describe_capture
 from quarc_ref.datasets.open_capture import CaptureOptions, open_capture
@@ -205,12 +206,16 @@ def _open_capture(
 
     Raises:
         CaptureError: The capture cannot be read.
-        MismatchError: A stream does not match the capture; the message begins with its path.
+        MismatchError: A stream does not match the capture; the message begins with its path. Or the
+            pictures cannot be downscaled by the requested factor.
     """
     if options.capture is None:
         return None
     if not streams:
-        return open_capture(options.capture, CaptureOptions(downscale=options.downscale))
+        try:
+            return open_capture(options.capture, CaptureOptions(downscale=options.downscale))
+        except DownscaleError as error:
+            raise EntryError(str(error)) from error
     captures = []
     for path, summary in streams:
         with _name_path_in_errors(path):
