@@ -1,5 +1,6 @@
 """Prints the findings of an encode to standard error, and collects them for `--json`."""
 
+from contextlib import suppress
 from dataclasses import asdict
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,9 @@ class FindingCollector:
 
     def add(self, finding: "Finding") -> None:
         """Print a finding to standard error, and store it."""
-        print_message(f"warning: {finding.message}")
         self._findings.append(finding)
+        with suppress(OSError):  # nobody reads it any more, which is no reason to end hours of work
+            print_message(f"warning: {finding.message}")
 
     def as_json(self) -> list[dict[str, object]]:
         """Return all findings in the form that docs/schemas/encode.json describes."""

@@ -1,10 +1,12 @@
 """Tests of the findings of `encode` for captures with problems."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
 
+from quarc_ref.cli.encode_findings import FindingCollector
 from quarc_ref.datasets.findings import Finding
 from quarc_ref.encoder import encode_options, encode_stream, segments
 from tests.cli.commands import TINY_OPTIONS, list_names, run, run_json
@@ -23,6 +25,20 @@ def added_findings(monkeypatch):
 
 def _make_command(capture, file, *options):
     return ["encode", capture, "-o", file, *TINY_OPTIONS, "--frames", 2, *options]
+
+
+class _ClosedPipe:
+    def write(self, _text):
+        raise BrokenPipeError
+
+
+def test_an_encode_continues_if_nobody_reads_its_findings(monkeypatch):
+    monkeypatch.setattr(sys, "stderr", _ClosedPipe())
+    findings = FindingCollector()
+
+    findings.add(_FINDING)
+
+    assert [finding["kind"] for finding in findings.as_json()] == [_FINDING.kind]
 
 
 @pytest.mark.usefixtures("added_findings")
