@@ -9,7 +9,7 @@ Together with exposures, the errors of edges are measured: they grow at once if 
 """
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import torch
 from torch import Tensor
@@ -18,6 +18,7 @@ from quarc_ref.decoder.dequantize import dequantize
 from quarc_ref.decoder.engine import FrameState
 from quarc_ref.encoder.training.context import TrainingContext
 from quarc_ref.encoder.training.trainable import Attributes, from_splats
+from quarc_ref.rendering.rasterizer import Rendering
 
 _EDGE_SHARE = 0.05  # of the pixels
 _MIN_GRADIENT = 1e-3
@@ -100,10 +101,8 @@ def measure_loss(context: TrainingContext, state: FrameState, lambda_dssim: floa
 def _render_attributes(
     context: TrainingContext, attributes: Attributes, frame: int
 ) -> Iterator[tuple[Tensor, Tensor]]:
-    gaussians = attributes.activated()
-    for view in range(context.view_count):
-        with torch.no_grad():
-            rendering = context.render(gaussians, view)
+    backgrounds = [context.background(view) for view in range(context.view_count)]
+    for view, rendering in enumerate(_render(context, attributes, backgrounds)):
         image = context.apply_mask(rendering.image, view, frame)
         yield image, context.views.picture(view, frame)
 
@@ -116,10 +115,9 @@ def _make_exposure_pairs(
     Views are rendered on black. The background of `TrainingContext.render` depends on the gains
     before this estimate, which a resumed encode does not know, and would affect the last bits.
     """
-    gaussians, black = attributes.activated(), torch.zeros(3, device=context.device)
-    for view in range(context.view_count):
-        with torch.no_grad():
-            rendering = context.rasterizer.render(gaussians, context.camera(view), black)
+    black = torch.zeros(3, device=context.device)
+    backgrounds = [black] * context.view_count
+    for view, rendering in enumerate(_render(context, attributes, backgrounds)):
         if edges is not None:
             uncovered = 1 - rendering.alpha[..., None]
             image = rendering.image + uncovered * context.background(view)
@@ -148,3 +146,14 @@ def _measure_edge_errors(context: TrainingContext, edges: list[_Edges]) -> list[
         float((image - picture / gain).abs().mean(dim=1).median()) if len(image) else math.nan
         for (image, picture), gain in zip(edges, gains, strict=True)
     ]
+
+
+def _render(
+    context: TrainingContext, attributes: Attributes, backgrounds: Sequence[Tensor]
+) -> Iterator[Rendering]:
+    """Yield the rendering of each view on its background color."""
+    gaussians = attributes.activated()
+    for camera, background in zip(context.views.cameras, backgrounds, strict=True):
+        with torch.no_grad():
+            rendering = context.rasterizer.render(gaussians, camera, background)
+        yield rendering

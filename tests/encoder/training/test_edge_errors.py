@@ -14,7 +14,7 @@ def context(monkeypatch):
     """A context whose views are rendered as their own pictures of frame 1."""
     context = make_context()
 
-    def render(context, _):
+    def render(context, *_):
         for view in range(context.view_count):
             image = context.views.picture(view, 1)
             yield Rendering(image, image[..., 0], torch.zeros(1, 2), torch.zeros(1))
