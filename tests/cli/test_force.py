@@ -135,7 +135,7 @@ def test_force_removes_nothing_if_no_frame_is_decoded(stream_file, tmp_path):
     folder = make_folder(tmp_path / "out", "frame_0007.ply")
     contents_before = _read_all(folder)
     runs = [
-        run("decode", name, "-o", folder, "--follow", "--force", *options)
+        run("decode", name, "-o", folder, "--follow", "--patience", "1", "--force", *options)
         for name, options in (("http://127.0.0.1:9/x", []), (stream_file, ["--frames", "900"]))
     ]
 
