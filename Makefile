@@ -57,9 +57,9 @@ check: ## Run what CI runs, with the thorough tests, which take ten more minutes
 	$(MAKE) ci TEST_OPTIONS=--thorough
 
 # What measures no time, two at once: core/ needs no Python, so it is tested while packages are
-# installed. The tests of Python and of the player follow one after the other, because some of them
-# have time limits.
-checks: core $(READY) player-build typescript locked lint types imports docs $(CORE)
+# installed. The docs, which take longest after it, begin early. The tests of Python and of the
+# player follow one after the other, because some of them have time limits.
+checks: core $(READY) locked lint docs types imports player-build typescript $(CORE)
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
@@ -75,7 +75,7 @@ imports: $(READY) ## Import rules.
 DOCS := $(VENV)/docs
 docs: $(DOCS)/.ready ## Build the documentation and check its links: build/site/index.html.
 	@rm -rf docs/api # left behind if a build is interrupted
-	$(DOCS)/bin/sphinx-build -q -W --keep-going -j auto -c docs . build/site
+	$(DOCS)/bin/sphinx-build -q -W --keep-going -c docs . build/site
 
 $(DOCS)/.ready: docs/requirements.txt
 	$(PYTHON) -m venv $(DOCS)
