@@ -57,9 +57,9 @@ check: ## Run what CI runs, with the thorough tests, which take ten more minutes
 	$(MAKE) ci TEST_OPTIONS=--thorough
 
 # What measures no time, two at once: core/ needs no Python, so it is tested while packages are
-# installed. The docs, which take longest after it, begin early. The tests of Python and of the
-# player follow one after the other, because some of them have time limits.
-checks: core $(READY) locked lint docs types imports player-build typescript $(CORE)
+# installed. The tests of Python and of the player follow one after the other, because some of them
+# have time limits.
+checks: core $(READY) player-build typescript locked lint types imports docs $(CORE)
 
 lint: $(READY) ## Style and spelling.
 	$(BIN)/ruff check .
