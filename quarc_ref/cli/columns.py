@@ -34,8 +34,8 @@ COMPARE_COLUMNS = {
 }
 INFO_ROWS = {
     "Gaussians": "their number in the last frame; inspect lists that of every frame.",
-    "anchors": "points whose motion is coded, at most so many in a frame; they are resampled at a "
-    "regular interval.",
+    "anchors": "points whose motion is coded: the largest number in a frame; they are resampled at "
+    "a regular interval.",
     "canonical, snapshots": "bytes of the frames at which decoding can start.",
     "motion, updates, births": "bytes of other frames: moving anchors, changed and new Gaussians.",
     "zero-order estimate": "the paper's estimate of the size of the same symbols (entropy).",
