@@ -1,6 +1,7 @@
 """The engine is the chosen one, so that comparisons of the engines do compare two engines."""
 
 import sys
+import threading
 import tomllib
 from importlib import import_module
 from pathlib import Path
@@ -117,3 +118,24 @@ def test_classes_of_the_fast_engine_are_named_with_their_module():
     classes = [value for value in vars(quarc_core).values() if isinstance(value, type)]
     assert classes
     assert {value.__module__ for value in classes} == {"quarc_core"}
+
+
+@needs_fast
+def test_threads_can_share_a_dequantizer_of_the_fast_engine():
+    with engines.use_engine(FAST):
+        engine = engines.choose_engine(threads=2)
+    header = StreamHeader()
+    count = 1 << 15  # enough for the two threads to share the work of a state
+    state = engine.begin_canonical(header, 0, make_gaussians(header, count))
+    dequantize = engine.make_dequantizer()
+
+    def dequantize_often():
+        for _ in range(200):
+            assert dequantize(state).positions.shape == (count, 3)
+
+    threads = [threading.Thread(target=dequantize_often, daemon=True) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=60)
+        assert not thread.is_alive()

@@ -25,6 +25,26 @@ pub struct Dequantizer {
     used: Mutex<Vec<Arc<quarc::floats::Dequantizer>>>,
 }
 
+/// The lock is not held while floats are computed: a thread of the pool that waits for others may
+/// take on the call of another Python thread meanwhile, which would wait for its own lock forever.
+impl Dequantizer {
+    /// Arrays that Python no longer refers to, or new ones.
+    fn take_unused(&self) -> Arc<quarc::floats::Dequantizer> {
+        let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        let unused = used.iter().position(|each| Arc::strong_count(each) == 1);
+        unused.map_or_else(Arc::default, |place| used.remove(place))
+    }
+
+    /// Keep arrays for later frames.
+    fn keep(&self, arrays: Arc<quarc::floats::Dequantizer>) {
+        let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
+        if used.len() == MAX_KEPT {
+            used.remove(0); // Python may still refer to it
+        }
+        used.push(arrays);
+    }
+}
+
 #[pymethods]
 impl Dequantizer {
     #[new]
@@ -36,16 +56,11 @@ impl Dequantizer {
     fn dequantize<'py>(&self, py: Python<'py>, state: &State) -> PyResult<SplatArrays<'py>> {
         let (owner, state) = (state, state.inner());
         let made = owner.workers().run_anywhere(py, || {
-            let mut used = self.used.lock().unwrap_or_else(PoisonError::into_inner);
-            let free = used.iter().position(|each| Arc::strong_count(each) == 1);
-            let mut taken = free.map_or_else(Arc::default, |place| used.remove(place));
+            let mut taken = self.take_unused();
             if let Some(dequantizer) = Arc::get_mut(&mut taken) {
                 dequantizer.update(&state);
             }
-            if used.len() == MAX_KEPT {
-                used.remove(0); // Python may still refer to it
-            }
-            used.push(taken.clone());
+            self.keep(taken.clone());
             taken
         });
         let (splats, count) = (made.splats(), state.count());
