@@ -2,6 +2,7 @@
 
 import io
 import itertools
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -35,10 +36,18 @@ _MIN_LOG_AXIS_RATIO = 6  # the axis is logarithmic if highest rate / lowest rate
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """The x and y coordinates of the points of a curve."""
+    """The points of a curve.
+
+    Attributes:
+        x: Their x coordinates.
+        y: Their y coordinates.
+        y_deviations: Lengths of the error bars above and below the points; None for a point
+            without bars, and empty if no point has any.
+    """
 
     x: Sequence[float]
     y: Sequence[float]
+    y_deviations: Sequence[float | None] = ()
 
 
 def plot_frames(summary: StreamSummary, psnr: Curve) -> bytes:
@@ -255,6 +264,9 @@ def _draw_curves(axes: Axes, curves: Mapping[str, Curve], marker_size: int) -> N
     for (name, curve), (style, color) in zip(curves.items(), looks, strict=False):
         (line,) = axes.plot(curve.x, curve.y, marker="o", markersize=marker_size)
         line.set(color=color, linestyle=style, label=_escape_label(name))
+        if curve.y_deviations:
+            lengths = [math.nan if length is None else length for length in curve.y_deviations]
+            axes.errorbar(curve.x, curve.y, lengths, fmt="none", color=color, capsize=marker_size)
 
 
 def _escape_label(name: str) -> str:

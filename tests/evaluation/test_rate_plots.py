@@ -65,6 +65,17 @@ def test_all_curves_of_a_plot_look_different(monkeypatch, plot):
     assert len({(line.get_color(), line.get_linestyle()) for line in axes.lines}) == 16
 
 
+def test_points_with_a_deviation_have_error_bars(monkeypatch):
+    monkeypatch.setattr(plots, "_encode_png", lambda figure: figure)
+
+    curve = Curve([1, 2, 3], [30, 31, 32], [0.5, None, 0.25])
+    (axes,) = plot_rates({"dB": {"a": curve}}, "KB").axes
+
+    (bars,) = axes.collections
+    segments = [segment.tolist() for segment in bars.get_segments() if segment.size]
+    assert segments == [[[1, 29.5], [1, 30.5]], [[3, 31.75], [3, 32.25]]]
+
+
 @pytest.mark.parametrize(
     "names", [("_a", "_b"), ("a$x_$", "b"), (r"$\frac$", r"\$"), ("a\udcff", "b\x1b\n")]
 )

@@ -129,14 +129,14 @@ def _plot_rates(summary: Summary) -> list[str]:
 
 
 def _build_curves(points: Iterable[OperatingPoint], metric: str) -> Iterable[tuple[str, Curve]]:
-    points_by_method: dict[str, list[tuple[float, float]]] = {}
+    points_by_method: dict[str, list[tuple[float, float, float | None]]] = {}
     for point in points:
         quality, rate = point.metrics.get(metric), point.kilobytes_per_frame
         if quality is not None and rate is not None:
-            points_by_method.setdefault(point.label.method, []).append((rate.mean, quality.mean))
+            point_of_curve = (rate.mean, quality.mean, quality.deviation)
+            points_by_method.setdefault(point.label.method, []).append(point_of_curve)
     for method, method_points in points_by_method.items():
-        rates, qualities = zip(*sorted(method_points), strict=True)
-        yield method, Curve(rates, qualities)
+        yield method, Curve(*zip(*sorted(method_points, key=lambda each: each[:2]), strict=True))
 
 
 def _plot_frames(comparison: Comparison, labels: Sequence[str]) -> list[str]:

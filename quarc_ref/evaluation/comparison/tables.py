@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import asdict
@@ -61,9 +62,10 @@ def format_delta_rows(summary: Summary) -> list[list[str]]:
 
 
 def list_remarks(comparison: Comparison) -> list[str]:
-    """Return the remarks of a comparison, and one for each entry with views that equal the truth.
+    """Return the remarks of a comparison, and those on its measurements.
 
-    The PSNR of such a view is `MAX_DECIBELS`.
+    These are about entries with views that equal the truth, whose PSNR is `MAX_DECIBELS`, and
+    about runs of a point with the same results, which say nothing about the deviation over seeds.
     """
     remarks = list(comparison.remarks)
     for entry in comparison.measured_entries:
@@ -73,6 +75,16 @@ def list_remarks(comparison: Comparison) -> list[str]:
                 f"{entry.label} equals the truth in {equal_count} of {view_count} views; each of "
                 f"them counts as {MAX_DECIBELS:g} dB in means and differences"
             )
+    repeated = [
+        entry.label
+        for entry, other in itertools.combinations(comparison.measured_entries, 2)
+        if entry.label == other.label and entry.quality.per_camera == other.quality.per_camera
+    ]
+    remarks += [
+        f"runs of {label} have the same results, so their deviation is too small: runs need "
+        "different seeds"
+        for label in dict.fromkeys(repeated)
+    ]
     return remarks
 
 

@@ -94,6 +94,17 @@ def test_views_equal_to_the_truth_count_as_100_db_and_are_named():
     ]
 
 
+def test_runs_with_the_same_results_are_remarked():
+    runs = [_make_entry("a", "x", psnr, 10) for psnr in (30.0, 31.0, 30.0, 30.0)]
+    other_points = [_make_entry("a", "y", 30.0, 10), _make_entry("b", "x", 30.0, 10)]
+
+    assert list_remarks(_make_comparison(*runs[:2], *other_points)) == []
+    assert list_remarks(_make_comparison(*runs, *other_points)) == [
+        "runs of a@x have the same results, so their deviation is too small: runs need different "
+        "seeds"
+    ]
+
+
 def test_points_of_unknown_size_are_missing_from_a_curve_with_a_remark():
     entries = [_make_entry(method, point, 30.0, None) for method in "ab" for point in "xy"]
     summary = summarize(_make_comparison(*entries))
@@ -204,4 +215,4 @@ def test_the_curves_of_the_page_go_from_low_to_high_rates(monkeypatch):
     folder = SimpleNamespace(write=lambda name, _: Path(name))
     page.write_comparison(comparison, summarize(comparison), folder)
 
-    assert panels["PSNR (dB)"]["a"] == Curve((0.5, 1, 2), (31, 32, 34))
+    assert panels["PSNR (dB)"]["a"] == Curve((0.5, 1, 2), (31, 32, 34), (None,) * 3)
