@@ -154,12 +154,13 @@ class CanonicalSettings(Validated):
     )
     prune_rd_lambda: NonNegativeFloat = described(
         0.0,
-        "Rate-distortion weight of a Gaussian. At the end of densification (at the latest, in the "
-        "last iteration), a Gaussian is pruned if its removal would change the pictures by less "
-        "than this multiple of the median squared error around a Gaussian; at most three quarters "
-        "of the visible Gaussians are pruned. If the weight is above 0, three earlier prunings "
-        "remove the half of the Gaussians that contributes least, but keep at least the initial "
-        "number, and at least a quarter of canonical.max_gaussians. 0: no pruning by contribution "
+        "Rate-distortion weight of a Gaussian. After densification, a Gaussian is pruned if its "
+        "removal would change the pictures by less than a multiple of the median squared error "
+        "around a Gaussian; the multiple rises to this weight in several prunings until "
+        "fine-tuning. Together, they remove at most three quarters of the visible Gaussians. If "
+        "the weight is above 0, three prunings during densification remove the half of the "
+        "Gaussians that contributes least, but keep at least the initial number, and at least a "
+        "quarter of canonical.max_gaussians. 0: no pruning by contribution "
         "(paper).",
     )
     code_rd_lambda: NonNegativeFloat = described(

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from quarc_ref.encoder.settings.canonical import CanonicalSettings
 from quarc_ref.format.records import StreamHeader
 
-_PRUNING_COUNT = 4
-_EARLY_SHARE, _MAX_LAST_SHARE = 0.5, 0.75
+_EARLY_PRUNING_COUNT, _LATE_PRUNING_COUNT = 3, 8
+_EARLY_SHARE, _MAX_LATE_SHARE = 0.5, 0.75
 # Early prunings keep at least this fraction (1/4) of `max_gaussians`.
 _MIN_SHARE_OF_LIMIT = 4
 
@@ -71,9 +71,9 @@ class CanonicalObjective:
 
         Three early prunings, at equal intervals before the end of densification, remove the half
         of the Gaussians that contributes least, because densification then replaces them where
-        the error is greater. The last one, after densification, or in the last iteration if
-        densification has no end, removes the Gaussians whose contribution does not justify their
-        rate.
+        the error is greater. Late prunings, from the end of densification to fine-tuning, remove
+        the Gaussians whose contribution does not justify their rate. Their threshold rises in
+        equal steps: Gaussians that take over from pruned ones contribute more from then on.
 
         Args:
             step: Index of the iteration.
@@ -81,12 +81,24 @@ class CanonicalObjective:
         """
         settings = self.settings
         threshold = settings.prune_rd_lambda * self.rd_factor
-        last_step = min(settings.densification_end, settings.iterations - 1)
         if not threshold or not step:
             return None
-        if step == last_step:
-            return Pruning(threshold, max_share=_MAX_LAST_SHARE)
-        if step in {last_step * k // _PRUNING_COUNT for k in range(1, _PRUNING_COUNT)}:
+        late_factors = self._late_pruning_factors()
+        if step in late_factors:
+            max_share = 1 - (1 - _MAX_LATE_SHARE) ** (1 / len(late_factors))
+            return Pruning(late_factors[step] * threshold, max_share)
+        interval_count, end = _EARLY_PRUNING_COUNT + 1, min(late_factors)
+        if step in {end * k // interval_count for k in range(1, interval_count)}:
             min_count = max(initial_count, settings.max_gaussians // _MIN_SHARE_OF_LIMIT)
             return Pruning(None, max_share=_EARLY_SHARE, min_count=min_count)
         return None
+
+    def _late_pruning_factors(self) -> dict[int, float]:
+        """Return the factors of the threshold in late prunings, by iteration.
+
+        If fine-tuning follows densification at once, there is one pruning, with factor 1.
+        """
+        settings, count = self.settings, _LATE_PRUNING_COUNT
+        start = min(settings.densification_end, settings.iterations - 1)
+        span = min(settings.fine_tuning_start, settings.iterations) - start
+        return {start + span * k // count: (k + 1) / count for k in range(count)}

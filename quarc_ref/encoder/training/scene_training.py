@@ -7,7 +7,8 @@ Training differs from 3DGS in the following ways, all controlled by `CanonicalSe
 - Opacities decay, so that Gaussians that do not improve the pictures disappear. Haze in
   front of the cameras disappears first.
 - Gaussians that contribute little are pruned several times during densification, which then
-  adds others where the error is greater, and at its end, so that each one is worth its bytes.
+  adds others where the error is greater, and several times after it, so that each one is worth
+  its bytes.
 - The first iterations may use pictures of half the width and height.
 - The last iterations are fine-tuning: all attributes pass through the quantizer, so that
   training optimizes the values that are written. Halfway, codes are chosen that save bits at
@@ -19,10 +20,11 @@ Schedule of preset `main`; the scenes of the ensemble before the last one end at
     0 to 2299       pictures of half the width and height
     0 to 3599       noise along the axes
     100 to 3999     exposures
-    300 to 2600     densification, every 100 iterations; prunings at 675, 1350, 2025 and 2700
+    300 to 2600     densification, every 100 iterations; prunings at 675, 1350 and 2025
     300 to 3599     opacity decay
     1500 to 2699    pseudo-views
     2400 to 3999    SH degree 1, if the stream has it (not in `main`)
+    2700 to 3487    8 prunings by threshold
     3600 to 3999    fine-tuning; choice of codes at 3800
 """
 

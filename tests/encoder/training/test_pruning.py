@@ -130,27 +130,30 @@ def test_a_minimum_count_is_kept_if_there_are_as_many(context, attributes):
     assert counts == [math.ceil(0.5 * visible_count), min_count, visible_count]
 
 
-def test_main_prunes_three_times_during_densification_and_once_by_threshold_after_it():
+def test_early_prunings_keep_half_and_the_threshold_of_late_ones_rises():
     objective = CanonicalObjective(
         CanonicalSettings(
-            iterations=1000, densify_until_iter=800, max_gaussians=4000, prune_rd_lambda=3.0
+            iterations=1000, densify_until_iter=800, quantize_from=0.96, max_gaussians=4000,
+            prune_rd_lambda=16.0,
         ),
         StreamHeader(),
         rd_factor=0.5,
-    )
+    )  # fmt: skip
 
     prunings = {
         step: pruning for step in range(1000) if (pruning := objective.pruning_at(step, 100))
     }
 
-    assert list(prunings) == [200, 400, 600, 800]
-    assert set(list(prunings.values())[:3]) == {Pruning(None, 0.5, 1000)}
-    assert prunings[800] == Pruning(1.5, 0.75)
+    assert list(prunings) == [200, 400, 600, *range(800, 960, 20)]
+    early_prunings, late_prunings = list(prunings.values())[:3], list(prunings.values())[3:]
+    assert set(early_prunings) == {Pruning(None, 0.5, 1000)}
     assert objective.pruning_at(400, 3000) == Pruning(None, 0.5, 3000)
+    assert [pruning.threshold for pruning in late_prunings] == [*range(1, 9)]
+    assert math.prod(1 - pruning.max_share for pruning in late_prunings) == pytest.approx(0.25)
 
 
 @pytest.mark.parametrize("quantize_from", [0.8, 1.0])
-def test_the_last_pruning_happens_even_if_densification_has_no_end(quantize_from):
+def test_one_late_pruning_happens_even_if_densification_has_no_end(quantize_from):
     objective = CanonicalObjective(
         CanonicalSettings(
             iterations=100,
@@ -164,9 +167,10 @@ def test_the_last_pruning_happens_even_if_densification_has_no_end(quantize_from
     prunings = [pruning for step in range(100) if (pruning := objective.pruning_at(step, 100))]
 
     assert [pruning.threshold for pruning in prunings] == [None, None, None, 3.0]
+    assert prunings[-1].max_share == 0.75
 
 
-def test_densification_ends_with_the_last_pruning_even_if_fine_tuning_starts_earlier():
+def test_densification_ends_with_a_late_pruning_even_if_fine_tuning_starts_earlier():
     objective = CanonicalObjective(
         CanonicalSettings(
             iterations=1000, densify_until_iter=990, densify_from_iter=0, densification_interval=10,
@@ -175,7 +179,7 @@ def test_densification_ends_with_the_last_pruning_even_if_fine_tuning_starts_ear
         StreamHeader(),
     )  # fmt: skip
 
-    assert objective.pruning_at(800, 100).threshold
+    assert objective.pruning_at(800, 100).threshold == 3.0
     assert [step for step in range(1000) if objective.should_densify(step)] == [*range(0, 800, 10)]
 
 

@@ -35,18 +35,21 @@ def test_the_docstring_states_the_schedule_of_main():
     tuned, pseudo = steps[settings.fine_tuning_start :], settings.pseudo_view_steps
     densified = [step for step in steps if objective.should_densify(step)]
     decayed = [step for step in steps if objective.should_decay_opacity(step)]
-    *prunings, last_pruning = (step for step in steps if objective.pruning_at(step, 100))
+    prunings = [step for step in steps if objective.pruning_at(step, 100)]
+    *early, last_early = (step for step in prunings if step < settings.densification_end)
+    late = [step for step in prunings if step >= settings.densification_end]
     (choice,) = (step for step in steps if objective.should_choose_codes(step))
     every = settings.densification_interval
-    prunings = f"prunings at {', '.join(map(str, prunings))} and {last_pruning}"
+    early = f"prunings at {', '.join(map(str, early))} and {last_early}"
     expected = [
         (steps[: settings.half_resolution_until_iter], "pictures of half the width and height"),
         (steps[: tuned[0]], "noise along the axes"),
         (steps[settings.exposure_from_iter :], "exposures"),
-        (densified, f"densification, every {every} iterations; {prunings}"),
+        (densified, f"densification, every {every} iterations; {early}"),
         (decayed, "opacity decay"),
         (pseudo, "pseudo-views"),
         (steps[settings.sh_from_iter :], "SH degree 1, if the stream has it (not in `main`)"),
+        (late, f"{len(late)} prunings by threshold"),
         (tuned, f"fine-tuning; choice of codes at {choice}"),
     ]
 
