@@ -45,7 +45,7 @@ def print_json(schema: str, values: dict[str, object]) -> None:
     """Print values as JSON on standard output.
 
     Args:
-        schema: Name and version of the schema; docs/schemas/info.json describes `info/2`.
+        schema: Name and version of the schema; docs/schemas/info.json describes `info/3`.
         values: Values by their names in the schema.
     """
     document = {"schema": f"quarc-ref/{schema}", **values}

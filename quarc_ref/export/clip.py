@@ -7,7 +7,7 @@ from quarc_ref.decoder.scene import Scene
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.records import StreamHeader
 
-_DEFAULT_UP_AXIS = 4  # -y, as in PLY files with COLMAP's axes; PLY viewers assume this axis
+_DEFAULT_UP = "-y"  # as in PLY files with COLMAP's axes; PLY viewers assume this axis
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +50,7 @@ class Clip:
     @property
     def up(self) -> str:
         """Up axis: `+x`, `-x`, `+y`, `-y`, `+z` or `-z`; `-y` if the stream declares none."""
-        return AXES[(self.header.up_axis or _DEFAULT_UP_AXIS) - 1]
+        return self.header.up or _DEFAULT_UP
 
     @property
     def meters_per_unit(self) -> float:
@@ -60,6 +60,3 @@ class Clip:
     def compute_time(self, frame: int) -> float:
         """Return the time of a frame on the stream's clock, in seconds (SPEC 11.1)."""
         return frame * self.header.frame_ticks / self.header.timescale
-
-
-AXES = ("+x", "-x", "+y", "-y", "+z", "-z")

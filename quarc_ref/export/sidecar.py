@@ -4,14 +4,14 @@ import json
 from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
-from quarc_ref.export.clip import AXES, Clip
+from quarc_ref.export.clip import Clip
 from quarc_ref.export.up_direction import UP_KEY, find_up_direction, format_up_direction
 from quarc_ref.export.upright import UPRIGHT_AXIS, make_upright_matrix, rotate_camera_upright
 from quarc_ref.format import wire
 from quarc_ref.format.cameras import Camera
 from quarc_ref.format.errors import QuarcError
 from quarc_ref.format.frame_rate import is_frame_rate
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import AXES, StreamHeader
 
 SIDECAR_NAME = "sequence.json"
 _PARSE_ERRORS = (

@@ -125,7 +125,13 @@ class StreamHeader:
         """Frame rate of the stream."""
         return self.timescale / self.frame_ticks
 
+    @property
+    def up(self) -> str | None:
+        """Up axis, such as `-y`; None if it is unknown."""
+        return AXES[self.up_axis - 1] if self.up_axis else None
 
+
+AXES = ("+x", "-x", "+y", "-y", "+z", "-z")
 _UINT16_MAX = (1 << 16) - 1
 _UINT32_MAX = (1 << 32) - 1
 LATTICE_STEP_LIMIT = _UINT16_MAX  # largest step of positions and translations, lattice units

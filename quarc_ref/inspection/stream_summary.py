@@ -159,17 +159,25 @@ class StreamSummary:
 
     def as_json(self) -> dict[str, object]:
         """Return the values for `info --json`."""
-        last = self.frames[-1] if self.frames else None
+        header = self.header
+        first, last = (self.frames[0], self.frames[-1]) if self.frames else (None, None)
         return {
             "format_version": self.format_version,
-            "level": self.header.level / 10,
+            "level": header.level / 10,
             "frames": len(self.frames),
-            "frames_per_second": self.header.frames_per_second,
+            "first_frame": first.frame if first else None,
+            "frames_per_second": header.frames_per_second,
             "gaussians": self.gaussian_count,
+            "sh_degree": header.sh_degree,
             "anchors": self.anchor_count,
+            "anchor_levels": header.level_count,
+            "resample_interval": header.resample_interval,
             "bytes": self.coded_bytes(),
             "kb_per_frame": self.kilobytes_per_frame(),
             "estimate_bytes": self.estimate_bytes(),
+            "right_handed": bool(header.right_handed),
+            "up": header.up,
+            "meters_per_unit": header.meters_per_unit or None,
             "cameras": [camera.name for camera in self.cameras],
             "held_out": [camera.name for camera in self.cameras if camera.held_out],
             "metadata": self.metadata,

@@ -141,7 +141,7 @@ def test_the_example_of_the_schema_page_runs(stream_file, monkeypatch):
     page = (SCHEMA_FOLDER / "README.md").read_text("utf-8")
     (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     command = ("quarc-ref", "info", "steak.quarc", "--json")
-    json_output = {"schema": "quarc-ref/info/2", **run_json("info", stream_file)}
+    json_output = {"schema": "quarc-ref/info/3", **run_json("info", stream_file)}
 
     def run_example(printed):
         output_by_command = {command: json.dumps(printed).encode()}

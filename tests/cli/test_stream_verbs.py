@@ -94,12 +94,34 @@ def test_info_prints_the_same_figures_as_text(stream_file):
         ({}, "right-handed, up unknown, unknown meters per unit"),
         ({"up_axis": 3, "meters_per_unit": 0.5}, "right-handed, up +y, 0.5 meters per unit"),
         ({"up_axis": 6, "right_handed": False}, "left-handed, up -z, unknown meters per unit"),
+        ({"meters_per_unit": 0.01}, "right-handed, up unknown, 0.01 meters per unit"),
     ],
 )
 def test_info_states_the_axes_and_the_scale(fields, expected, tmp_path):
     _write_stream(tmp_path / "a.quarc", {}, **fields)
 
     assert expected in run("info", tmp_path / "a.quarc").stdout
+
+
+def test_json_also_states_the_world_the_anchors_and_the_first_frame(tmp_path):
+    header = {"up_axis": 4, "right_handed": False, "meters_per_unit": 0.5, "level_count": 2}
+    _write_stream(tmp_path / "a.quarc", {}, sh_degree=1, resample_interval=3, **header)
+
+    json_output = run_json("info", tmp_path / "a.quarc")
+
+    world = {key: json_output[key] for key in ("right_handed", "up", "meters_per_unit")}
+    assert world == {"right_handed": False, "up": "-y", "meters_per_unit": 0.5}
+    assert json_output["sh_degree"] == 1
+    assert (json_output["anchor_levels"], json_output["resample_interval"]) == (2, 3)
+    assert json_output["first_frame"] == 0
+
+
+def test_json_has_null_for_what_a_stream_does_not_state(tmp_path):
+    _write_stream(tmp_path / "empty.quarc", {}, frames=0)
+
+    json_output = run_json("info", tmp_path / "empty.quarc")
+
+    assert [json_output[key] for key in ("first_frame", "up", "meters_per_unit")] == [None] * 3
 
 
 def test_metadata_is_printed_unchanged_and_hides_nothing(tmp_path):
@@ -128,7 +150,11 @@ def test_info_states_the_frames_of_a_cut_stream(tmp_path):
     (tmp_path / "a.quarc").write_bytes(make_stream(frame_count=6, canonical_every=3)[0])
     run("cut", tmp_path / "a.quarc", "--frames", "3:6", "-o", tmp_path / "cut.quarc")
 
+    run("cut", tmp_path / "a.quarc", "--frames", "3", "-o", tmp_path / "one.quarc")
+
     assert "3, 3 to 5, at" in run("info", tmp_path / "cut.quarc").stdout
+    assert "1, frame 3, at" in run("info", tmp_path / "one.quarc").stdout
+    assert run_json("info", tmp_path / "cut.quarc")["first_frame"] == 3
     assert "  6 at" in run("info", tmp_path / "a.quarc").stdout
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from quarc_ref.export.clip import AXES, Clip
+from quarc_ref.export.clip import Clip
 from quarc_ref.export.upright import rotate_upright
-from quarc_ref.format.records import StreamHeader
+from quarc_ref.format.records import AXES, StreamHeader
 from tests.export.frames import make_frame
 
 _UP_VECTORS = dict(zip(AXES, np.concatenate([[v, -v] for v in np.eye(3)]), strict=True))

@@ -121,4 +121,4 @@ def demo(
             output / path.relative_to(folder.path) for path in demo_output.paths
         )
         pages = {"player": player_path, "report": report_path}
-        print_evaluation("demo/4", stream_path, demo_output.evaluation, pages, as_json=as_json)
+        print_evaluation("demo/5", stream_path, demo_output.evaluation, pages, as_json=as_json)

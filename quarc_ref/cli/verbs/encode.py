@@ -200,6 +200,6 @@ def _print_result(
     rounded_seconds = round(seconds, 1)
     if as_json:
         encode_values = {"findings": findings.as_json(), "seconds": rounded_seconds}
-        print_json("encode/2", {"file": str(output), **summary.as_json(), **encode_values})
+        print_json("encode/3", {"file": str(output), **summary.as_json(), **encode_values})
     else:
         print_fields(output.name, describe_stream(summary) | {"seconds": f"{rounded_seconds}"})

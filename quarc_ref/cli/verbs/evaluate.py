@@ -72,7 +72,7 @@ def evaluate(
         _warn_about_other_capture(evaluation.protocol)
         _report_equal_views(evaluation.quality)
         pages = {"report": report / "index.html"} if report else {}
-        print_evaluation("eval/4", Path(file), evaluation, pages, as_json=as_json)
+        print_evaluation("eval/5", Path(file), evaluation, pages, as_json=as_json)
 
 
 @contextmanager
@@ -117,7 +117,7 @@ def print_evaluation(
     """Print an evaluation as JSON or as text.
 
     Args:
-        schema: Name and version of the JSON schema, such as `eval/4`.
+        schema: Name and version of the JSON schema, such as `eval/5`.
         file: Path of the stream.
         evaluation: Measurements of the stream.
         pages: Paths of the written pages by their names in the output, such as `report`.

@@ -30,7 +30,7 @@ def inspect(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> 
             summary = inspect_stream(source, progress.advance)
         if as_json:
             print_json(
-                "inspect/2",
+                "inspect/3",
                 {
                     **summary.as_json(),
                     "chunks": [chunk.as_json() for chunk in summary.chunks],

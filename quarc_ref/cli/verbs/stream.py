@@ -34,7 +34,7 @@ def info(file: StreamName, as_json: AsJson = False, quiet: Quiet = False) -> Non
         with TerminalProgress(quiet=quiet) as progress, open_source(file) as source:
             summary = inspect_stream(source, progress.advance)
         if as_json:
-            print_json("info/2", summary.as_json())
+            print_json("info/3", summary.as_json())
         else:
             print_fields(format_stream_name(file), describe_stream(summary))
 
@@ -175,9 +175,11 @@ def describe_stream(summary: "StreamSummary") -> dict[str, str]:
     }
     texts = [f"{mean:.2f} {name}" for name, mean in means.items() if mean]
     fields["KB per frame"] = f"{', '.join(texts)}; a KB is 1024 bytes"
+    # binary32, of which seven digits are exact
+    scale = f"{header.meters_per_unit:.7g}" if header.meters_per_unit else "unknown"
     fields["world"] = (
-        f"{'right' if header.right_handed else 'left'}-handed, up {_AXES[header.up_axis]}, "
-        f"{header.meters_per_unit or 'unknown'} meters per unit"
+        f"{'right' if header.right_handed else 'left'}-handed, up {header.up or 'unknown'}, "
+        f"{scale} meters per unit"
     )
     names = [f"{it.name} (held out)" if it.held_out else it.name for it in summary.cameras]
     fields["cameras"] = ", ".join(names) or "none"
@@ -190,6 +192,8 @@ def _format_frame_range(summary: "StreamSummary") -> str:
     frames = summary.frames
     if not frames or frames[0].frame == 0:
         return f"{len(frames)}"
+    if len(frames) == 1:
+        return f"1, frame {frames[0].frame},"
     return f"{len(frames)}, {frames[0].frame} to {frames[-1].frame},"
 
 
@@ -197,7 +201,6 @@ def _format_interval(count: int) -> str:
     return "frame" if count == 1 else f"{count} frames"
 
 
-_AXES = ("unknown", "+x", "-x", "+y", "-y", "+z", "-z")
 _LIMIT_NAMES = {
     "gaussians": "Gaussians",
     "births": "births in a frame",
