@@ -82,7 +82,8 @@ class Entry(ABC):
         Raises:
             BitstreamError: A stream is malformed.
             UnreadableFramesError: A file of Gaussians is malformed.
-            CaptureError: A picture is malformed, missing, or has a different size.
+            CaptureError: A picture is malformed or missing.
+            EntryError: A picture does not have the size of its camera.
         """
 
 

@@ -99,9 +99,10 @@ def measure_entries(
 
     Raises:
         BitstreamError: A stream is malformed.
-        CaptureError: A picture cannot be read, or a render does not have the size of its camera.
+        CaptureError: A picture cannot be read.
         UnreadableFramesError: A file of another method is malformed.
-        EntryError: The entries have no common frame within the span.
+        EntryError: The entries have no common frame within the span, or a render does not have the
+            size of its camera.
         MismatchError: The pictures of a camera are too small for LPIPS.
     """
     frames = choose_frames(inputs, span)

@@ -61,7 +61,15 @@ class _RenderEntry(Entry):
 
 
 def _read_picture(path: Path, camera: Camera) -> Picture:
-    levels = read_still(path, (camera.width, camera.height))
+    """Read a picture of a camera; raise EntryError if it does not have the camera's size."""
+    levels = read_still(path)
+    height, width, _ = levels.shape
+    if (width, height) != (camera.width, camera.height):
+        message = (
+            f"{path} has {width} x {height} pixels, but pictures of {camera.name} are compared at "
+            f"{camera.width} x {camera.height}: render it at this size"
+        )
+        raise EntryError(message)
     picture: Picture = levels.astype(np.float32) / np.float32(255)
     alpha = read_still_alpha(path)
     if alpha is not None:

@@ -153,7 +153,7 @@ def _shrink_pictures(folder):
         ("plys", _truncate_ply, "point_cloud_00001.ply: the file ends before the last"),
         ("plys", lambda it: (it / "first.ply").write_bytes(b""), "first.ply has no frame number"),
         ("plys", lambda it: (it / "x_1.ply").write_bytes(b""), "have the same frame number"),
-        ("renders", _shrink_pictures, "24x16"),
+        ("renders", _shrink_pictures, "24 x 16"),
         (
             "renders",
             lambda it: shutil.rmtree(it / "cam04"),

@@ -61,3 +61,13 @@ def test_transparent_pictures_are_put_on_black(tmp_path):
 
     expected = levels[..., :3].astype(float) * levels[..., 3:] / 255**2
     assert np.allclose(picture, expected, atol=1e-6)
+
+
+def test_a_picture_of_another_size_than_its_camera_is_rejected(tmp_path):
+    (camera,) = make_cameras(1)
+    write_pictures(tmp_path, ["0000.png"])  # as rendered for a stream of another --downscale
+    entry = open_renders(tmp_path, LABEL, [camera.name])
+
+    message = rf"0000\.png has 16 x 16 pixels, but .*compared at {WIDTH} x {HEIGHT}: render it"
+    with pytest.raises(EntryError, match=message):
+        entry.render(0, {camera.name: camera})
