@@ -190,3 +190,15 @@ def test_depth_in_a_file_is_explained(stream, tmp_path):
     assert result.exit_code == 2
     assert "must be a folder for --depth" in result.stderr
     assert "use the suffix .mp4" not in result.stderr
+
+
+@pytest.mark.parametrize("option", [["--pictures", "7"], ["--fps", "60"]])
+def test_an_option_that_a_path_file_excludes_is_named(option, stream, tmp_path):
+    path = tmp_path / "path.json"
+    keyframes = [{"time": 0, "camera": "cam00"}, {"time": 1, "camera": "cam01"}]
+    path.write_text(json.dumps({"schema": "quarc-ref/camera-path/1", "keyframes": keyframes}))
+    result = run("render", stream, "-o", tmp_path / "o.mp4", "--path", path, *option)
+
+    assert result.exit_code == 2
+    assert option[0] in result.stderr
+    assert list_names(tmp_path) == ["path.json"]

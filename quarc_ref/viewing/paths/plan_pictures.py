@@ -55,8 +55,8 @@ def plan_pictures(
     else:
         if picture_count is not None:
             message = (
-                "a path file defines the times of its pictures, so the number of pictures "
-                "cannot be chosen"
+                "a path file defines the times of its pictures, so neither their number "
+                "(--pictures) nor their rate (--fps) can be chosen"
             )
             raise PathError(message)
         keyframes = read_keyframes(Path(path_name), outline.cameras, reference_camera, axes)
