@@ -189,6 +189,7 @@ def test_eval_measures_the_requested_frames(encoded_stream, capture, tmp_path):
         ("{stream} {stream} --bytes {stream}=3", "--bytes is not for streams"),
         ("{stream} {stream} --lpips {stream}", "quarc is not a file that torch.save has written"),
         ("{stream} {stream} --camera cam77", "no camera cam77"),
+        ("{stream} {stream} --downscale 2", "--downscale is not for streams"),
         ("{stream} {stream} --frames 77", "the selected range has none of the frames"),
         ("{stream} {empty}", "neither .ply files nor pictures of cam00"),
     ],

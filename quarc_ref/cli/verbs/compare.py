@@ -100,8 +100,8 @@ def compare(
         typer.Option(
             "--downscale",
             min=1,
-            help="Downscale the capture's pictures by this factor; used only if no entry is a "
-            "stream.",
+            help="Downscale the capture's pictures by this factor; not allowed if an entry is a "
+            "stream, which determines the size.",
         ),
     ] = 1,
     other_capture: Annotated[

@@ -23,6 +23,7 @@ from quarc_ref.evaluation.comparison.streams import (
     list_doubts,
     list_held_out,
     open_stream,
+    reject_downscale,
     require_equal_starts,
 )
 from quarc_ref.evaluation.same_capture import MismatchError, open_same_capture
@@ -58,8 +59,8 @@ class ComparisonOptions:
             renderings of the first entry.
         cameras: Names of the cameras to compare on; empty for the cameras that are held out of all
             streams or, without a capture, of the first stream.
-        downscale: Factor by which the capture's pictures are downscaled; ignored if a stream
-            determines the size.
+        downscale: Factor by which the capture's pictures are downscaled; it must be 1 if an entry
+            is a stream, which determines the size.
         accept_other_capture: Whether to accept streams that were encoded from another capture.
         stop: Frame before which the comparison ends; None to compare all frames.
     """
@@ -118,6 +119,7 @@ def open_entries(
             with _name_path_in_errors(source.path):
                 streams[index] = open_stream(source.path, source.label, on_progress)
     require_equal_starts(list(streams.values()))
+    reject_downscale(options.downscale, list(streams.values()))
     capture = _open_capture(
         [(sources[index].path, stream.summary) for index, stream in streams.items()], options
     )

@@ -89,6 +89,16 @@ def require_equal_starts(streams: Sequence[OpenStream]) -> None:
             raise EntryError(message)
 
 
+def reject_downscale(downscale: int, streams: Sequence[OpenStream]) -> None:
+    """Raise EntryError if a picture size is requested, but a stream determines it."""
+    if downscale != 1 and streams:
+        message = (
+            "--downscale is not for streams: pictures have the size at which "
+            f"{streams[0].entry.label} was encoded"
+        )
+        raise EntryError(message)
+
+
 class _StreamDecoder:
     """Decodes the frames of a stream on demand, in ascending order."""
 
