@@ -77,7 +77,7 @@ VERBS = {
     "bench": Verb("{stream}", None, _PUSH),
     "eval": Verb("{encoded} {capture} --report {out}", "folder", _PUSH),
     "compare": Verb(
-        "{encoded} {encoded} --capture {capture} --report {out}",
+        "a={encoded} b={encoded} --capture {capture} --report {out}",
         "folder",
         _PUSH,
         required_package="bjontegaard",
