@@ -1,7 +1,7 @@
 """The preset `main`, with fewer iterations and Gaussians, keeps its quality and its bytes.
 
-The bounds are at least three standard deviations of ten seeds from their mean: 33.2 dB +- 0.15,
-SSIM 0.957 +- 0.001, 34 800 +- 500 bytes for the canonical frame, and 1060 +- 30 bytes for each
+The bounds are at least three standard deviations of ten seeds from their mean: 33.5 dB +- 0.2,
+SSIM 0.962 +- 0.001, 38 400 +- 400 bytes for the canonical frame, and 1180 +- 40 bytes for each
 later frame. Another processor is like another seed. A change that leaves the bounds on purpose
 moves them.
 """
@@ -41,15 +41,15 @@ def evaluation(tmp_path_factory):
 
 
 def test_held_out_cameras_look_as_good_as_before(evaluation):
-    assert evaluation.quality.mean()["psnr"] > 32.7
-    assert evaluation.quality.mean()["ssim"] > 0.954
+    assert evaluation.quality.mean()["psnr"] > 32.9
+    assert evaluation.quality.mean()["ssim"] > 0.957
 
 
 def test_the_canonical_frame_takes_as_many_bytes_as_before(evaluation):
-    assert 33_000 < evaluation.summary.coded_bytes()["canonical"] < 36_800
+    assert 36_900 < evaluation.summary.coded_bytes()["canonical"] < 39_900
 
 
 def test_later_frames_take_as_many_bytes_as_before(evaluation):
     coded_bytes = evaluation.summary.coded_bytes()
     later_bytes = sum(coded_bytes[kind] for kind in ("motion", "updates", "births"))
-    assert 850 < later_bytes / (_FRAMES - 1) < 1200
+    assert 1040 < later_bytes / (_FRAMES - 1) < 1330
